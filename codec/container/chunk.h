@@ -1,0 +1,42 @@
+// What a .mvw file is made of, as the server and the client see it: a header, chunks in file order, and the table that
+// finds them. No geometry here; FORMAT.md 2 and 3 are normative.
+#pragma once
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <vector>
+
+#include "codec/bytes.h"
+#include "codec/limits.h"
+#include "codec/result.h"
+
+namespace mvw {
+
+/// What a chunk carries. On disk: append values, never renumber (FORMAT.md 3.1).
+enum class Channel : std::uint8_t {
+    Base = 0,      // connectivity, coarse positions, creases and labels of one part's level 0 (Draco inside)
+    Geometry = 1,  // position coefficients of one (part, tile, level, layer); level 0: what the base's rounding left
+    Color = 2,     // colour coefficients, likewise
+};
+
+/// Names a chunk. Ordered: a chunk can be decoded once the part's Base chunk and all lower layers of the same
+/// (part, tile, level, channel) are there; coarser levels that are absent count as zero details.
+struct ChunkId {
+    std::uint16_t part = 0;
+    std::uint16_t tile = 0;  // 0 for Base
+    std::uint8_t level = 0;  // 0 for Base
+    std::uint8_t layer = 0;  // 0 = coarsest quantiser step; 0 for Base
+    Channel channel = Channel::Base;
+    friend constexpr auto operator<=>(const ChunkId&, const ChunkId&) = default;
+};
+
+/// One chunk's place in the file.
+struct ChunkEntry {
+    ChunkId id;
+    std::uint64_t offset = 0;  // of its payload from the start of the file
+    std::uint32_t length = 0;  // payload bytes
+    std::uint32_t crc32c = 0;  // of the payload
+    float error = 0;           // RMS surface error left after this chunk and all before it, fraction of the diagonal
+};
+
+}  // namespace mvw

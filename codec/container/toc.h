@@ -1,0 +1,48 @@
+// Header and table of contents of a .mvw file: all that a server reads of it. FORMAT.md 2 and 5 are normative.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "codec/container/chunk.h"
+
+namespace mvw {
+
+/// One part of the model: wavelet parts carry levels >= 1; a part of level 0 alone is a mesh coded by Draco as it is.
+struct PartInfo {
+    std::uint8_t levels = 0;  // L
+    std::uint32_t base_vertices = 0, base_edges = 0, base_faces = 0;
+    std::uint16_t tiles = 1;
+};
+
+/// What the first bytes of a file say.
+struct FileHeader {
+    std::uint16_t version = 0;
+    std::uint32_t features = 0;                 // required-feature bits; an unknown one means refuse
+    std::array<std::uint8_t, 16> content_id{};  // 128-bit hash of the payloads: ETag and cache key
+    std::array<double, 3> center{};             // of the box; positions are coded as (p - center) / diagonal
+    double diagonal = 0;
+    std::uint8_t transform = 0;  // TransformKind
+    std::uint8_t layers = 0;
+    std::vector<PartInfo> parts;
+    std::uint32_t header_bytes = 0;  // the header's own size, metadata included
+    std::uint64_t index_offset = 0;
+    std::uint32_t index_bytes = 0;
+    Bytes metadata;  // decoder parameters beyond the above, opaque to the server
+};
+
+/// Header and chunks in file order.
+struct Toc {
+    FileHeader header;
+    std::vector<ChunkEntry> chunks;
+};
+
+/// Parses the header at the start of a file. NeedMoreData until all of it is there; Unsupported, Malformed,
+/// LimitExceeded as they say.
+Result<FileHeader> read_header(ByteSpan prefix, const Limits& limits = {});
+
+/// Parses the index (the index_bytes at index_offset) and checks it against the file's size: offsets rise, chunks do
+/// not overlap, ids are unique and in range.
+Result<Toc> read_toc(const FileHeader& header, ByteSpan index, std::uint64_t file_bytes, const Limits& limits = {});
+
+}  // namespace mvw

@@ -1,0 +1,57 @@
+// From bytes to meshes, progressively. Decoding never needs the encoder's rooms, threads or exceptions.
+#pragma once
+#include <cstdint>
+#include <memory>
+
+#include "codec/container/toc.h"
+#include "codec/mesh/mesh.h"
+
+namespace mvw {
+
+/// What a decoder holds at a moment.
+struct DecodeState {
+    std::uint64_t bytes = 0;    // header and chunks taken in
+    unsigned level = 0;         // finest level for which any detail has arrived (or the file's last where all have)
+    float error = 1;            // RMS surface error left as the file states it, fraction of the diagonal
+    std::uint32_t chunks = 0;   // taken in
+    std::uint32_t damaged = 0;  // chunks whose checksum or content was wrong: skipped
+    bool complete = false;
+};
+
+/// Push decoder: feed a file's bytes in order (any slices), or a header and chunks in any useful order; take the best
+/// mesh so far at any time.
+class Decoder {
+ public:
+    explicit Decoder(const Limits& limits = {});
+    ~Decoder();
+    Decoder(Decoder&&) noexcept;
+    Decoder& operator=(Decoder&&) noexcept;
+
+    /// The next bytes of the file. A wrong checksum skips that chunk and is counted; an error means that nothing more
+    /// can be made of these bytes (what was taken in stays usable).
+    Result<void> feed(ByteSpan bytes);
+    /// No more bytes will come: uses what a cut chunk still holds. Afterwards only mesh() and state() are useful.
+    void finish();
+
+    /// The file's header (header_bytes at its start), for transports that carry chunks one by one.
+    Result<void> feed_header(ByteSpan bytes);
+    /// One chunk's payload, checked against crc32c. Chunks that come before their lower layers wait inside.
+    Result<void> feed_chunk(const ChunkId& id, ByteSpan payload, std::uint32_t crc32c);
+
+    [[nodiscard]] const FileHeader* header() const;  // null until it is there
+    [[nodiscard]] DecodeState state() const;
+    /// Changes whenever mesh() would differ.
+    [[nodiscard]] std::uint64_t revision() const;
+    /// The best mesh of what has come, every part at min(level, its own finest). NeedMoreData until a base mesh is
+    /// there.
+    [[nodiscard]] Result<Mesh> mesh(unsigned level = 255) const;
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Decodes a whole file or any prefix of one in one go.
+Result<Mesh> decode(ByteSpan file, unsigned level = 255, const Limits& limits = {});
+
+}  // namespace mvw

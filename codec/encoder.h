@@ -1,0 +1,41 @@
+// From a mesh to the bytes of a .mvw file.
+#pragma once
+#include <cstdint>
+#include <functional>
+
+#include "codec/bytes.h"
+#include "codec/mesh/clean.h"
+#include "codec/mesh/mesh.h"
+#include "codec/remesh/remesh.h"
+#include "codec/transform/transform.h"
+
+namespace mvw {
+
+struct EncodeOptions {
+    TransformOptions transform;
+    unsigned base_faces = 0;  // 0: chosen from the model
+    int levels = -1;          // -1: chosen from the model
+    double target_error = 0;  // RMS, fraction of the diagonal; 0: chosen from the model
+    unsigned tile_count = 0;  // 0: chosen from the model
+    unsigned threads = 0;     // 0: all cores
+    Progress progress;
+};
+
+/// The file and the figures that `mvw encode --json` reports.
+struct Encoded {
+    Bytes file;
+    CleanReport cleaning;
+    std::uint64_t input_vertices = 0, input_faces = 0;  // after cleaning
+    std::uint32_t parts = 0, base_faces = 0, levels = 0;
+    std::uint64_t vertices = 0, base_bytes = 0;
+    double draco_area_share = 0;
+    double rms = 0, max = 0, psnr = 0;  // of the whole file's decode against the input (surface_error.h)
+    double tangential_share = 0;        // of the details' energy from level 2 up
+    TransformKind transform = TransformKind::SeededNormal;
+};
+
+/// Cleans, remeshes, transforms, codes. Fails only where nothing is left to code (no face of positive area, a box
+/// whose size is not finite) or memory limits are exceeded.
+Result<Encoded> encode(Mesh mesh, const EncodeOptions& options);
+
+}  // namespace mvw

@@ -1,0 +1,57 @@
+// The triangle mesh that enters and leaves the codec: indexed triangles with optional attributes.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codec/vec.h"
+
+namespace mvw {
+
+/// Three vertex indices, counter-clockwise seen from outside.
+using Face = std::array<std::uint32_t, 3>;
+
+/// 8-bit sRGB colour with straight alpha.
+struct Rgba8 {
+    std::uint8_t r = 255, g = 255, b = 255, a = 255;
+    friend constexpr bool operator==(const Rgba8&, const Rgba8&) = default;
+};
+
+/// Indexed triangle mesh.
+///
+/// positions  V points, model units, finite
+/// faces      F triangles, indices below V
+/// colors     empty, or V per-vertex colours
+/// materials  empty, or F labels; faces of one material have one label
+struct Mesh {
+    std::vector<Vec3> positions;
+    std::vector<Face> faces;
+    std::vector<Rgba8> colors;
+    std::vector<std::uint32_t> materials;
+};
+
+/// Axis-aligned box; empty (min > max) until a point is added.
+struct Box {
+    Vec3 min{1e300, 1e300, 1e300}, max{-1e300, -1e300, -1e300};
+
+    void add(const Vec3& p) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (p[k] < min[k]) min[k] = p[k];
+            if (p[k] > max[k]) max[k] = p[k];
+        }
+    }
+    [[nodiscard]] bool empty() const { return min.x > max.x; }
+    [[nodiscard]] Vec3 center() const { return (min + max) * 0.5; }
+    [[nodiscard]] double diagonal() const { return empty() ? 0.0 : length(max - min); }
+};
+
+/// Box around the vertices that faces use: the yardstick of every error in this project.
+inline Box bounding_box(const Mesh& mesh) {
+    Box box;
+    for (const Face& f : mesh.faces)
+        for (const std::uint32_t v : f) box.add(mesh.positions[v]);
+    return box;
+}
+
+}  // namespace mvw

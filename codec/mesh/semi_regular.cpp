@@ -1,0 +1,100 @@
+#include "codec/mesh/semi_regular.h"
+
+#include <unordered_map>
+
+#include <string>
+
+namespace mvw {
+
+namespace {
+
+std::uint64_t directed_key(std::uint32_t a, std::uint32_t b) {
+    return (std::uint64_t{a} << 32) | b;
+}
+
+Error bad_face(std::size_t f, const char* why) {
+    return {Errc::Malformed, 0, "base face " + std::to_string(f) + " " + why};
+}
+
+/// Index of the point at grid parameter t (of 2^level) along side s of face f, both t and 2^level - t above 0 and odd.
+std::uint32_t odd_edge_point(const BaseMesh& base, std::uint32_t f, unsigned s, unsigned level, std::uint32_t t) {
+    const std::uint32_t n = 1u << level;
+    const std::uint32_t along = base.runs_along(f, s) ? t : n - t;
+    const std::uint64_t start = vertices_at_level(base, level - 1);
+    return static_cast<std::uint32_t>(start + std::uint64_t{base.edge_of(f, s)} * (n / 2) + along / 2);
+}
+
+}  // namespace
+
+Result<BaseMesh> BaseMesh::create(std::uint32_t vertex_count, std::vector<Face> faces) {
+    BaseMesh base;
+    base.vertex_count_ = vertex_count;
+    base.face_edges_.resize(faces.size());
+    std::unordered_map<std::uint64_t, std::uint32_t> edge_by_direction;
+    edge_by_direction.reserve(faces.size() * 2);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        const Face& face = faces[f];
+        if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return bad_face(f, "repeats a vertex");
+        for (std::uint8_t s = 0; s < 3; ++s) {
+            const std::uint32_t a = face[s], b = face[(s + 1u) % 3];
+            if (a >= vertex_count) return bad_face(f, "has a vertex index out of range");
+            if (const auto twin = edge_by_direction.find(directed_key(b, a)); twin != edge_by_direction.end()) {
+                BaseEdge& edge = base.edges_[twin->second];
+                if (edge.face[1] != kNone) return bad_face(f, "is the third at an edge");
+                edge.face[1] = static_cast<std::uint32_t>(f);
+                edge.side[1] = s;
+                base.face_edges_[f][s] = twin->second;
+                continue;
+            }
+            const auto index = static_cast<std::uint32_t>(base.edges_.size());
+            if (!edge_by_direction.emplace(directed_key(a, b), index).second)
+                return bad_face(f, "runs through an edge in the same direction as its neighbour");
+            base.edges_.push_back({{a, b}, {static_cast<std::uint32_t>(f), kNone}, {s, 0}});
+            base.face_edges_[f][s] = index;
+        }
+    }
+    base.faces_ = std::move(faces);
+    return base;
+}
+
+std::uint32_t vertex_index(const BaseMesh& base, std::uint32_t f, unsigned level, std::uint32_t i, std::uint32_t k) {
+    while (level > 0 && i % 2 == 0 && k % 2 == 0) i /= 2, k /= 2, --level;
+    const std::uint32_t n = 1u << level;
+    const Face& face = base.faces()[f];
+    if (level == 0) return i == 1 ? face[1] : k == 1 ? face[2] : face[0];
+    if (k == 0) return odd_edge_point(base, f, 0, level, i);
+    if (i + k == n) return odd_edge_point(base, f, 1, level, k);
+    if (i == 0) return odd_edge_point(base, f, 2, level, n - k);
+    const std::uint64_t run = interior_points(level) - interior_points(level - 1);
+    return static_cast<std::uint32_t>(vertices_at_level(base, level - 1) + std::uint64_t{base.edge_count()} * (n / 2) +
+                                      f * run + interior_rank(level, i, k));
+}
+
+void patch_vertices(const BaseMesh& base, std::uint32_t f, unsigned level, std::vector<std::uint32_t>& out) {
+    const std::uint32_t n = 1u << level;
+    out.clear();
+    out.reserve(std::size_t{n + 1} * (n + 2) / 2);
+    for (std::uint32_t i = 0; i <= n; ++i)
+        for (std::uint32_t k = 0; i + k <= n; ++k) out.push_back(vertex_index(base, f, level, i, k));
+}
+
+std::vector<Face> triangles_at_level(const BaseMesh& base, unsigned level) {
+    const std::uint32_t n = 1u << level;
+    std::vector<Face> triangles;
+    triangles.reserve(std::size_t{base.face_count()} << (2 * level));
+    std::vector<std::uint32_t> patch;
+    for (std::uint32_t f = 0; f < base.face_count(); ++f) {
+        patch_vertices(base, f, level, patch);
+        for (std::uint32_t i = 0, row = 0; i < n; ++i) {
+            const std::uint32_t length = n - i + 1, next = row + length;
+            for (std::uint32_t k = 0; k + 1 < length; ++k) {
+                triangles.push_back({patch[row + k], patch[next + k], patch[row + k + 1]});
+                if (k + 2 < length) triangles.push_back({patch[next + k], patch[next + k + 1], patch[row + k + 1]});
+            }
+            row = next;
+        }
+    }
+    return triangles;
+}
+
+}  // namespace mvw

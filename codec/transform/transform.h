@@ -1,0 +1,68 @@
+// The wavelet transforms by name, and the production entry points. What each does is in math.md's terms beside the
+// stencils; reference/ holds the oracle, patch/ the grid that this runs on.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "codec/mesh/semi_regular.h"
+#include "codec/vec.h"
+
+namespace mvw {
+
+/// On disk (FORMAT.md): append values, never renumber.
+enum class TransformKind : std::uint8_t {
+    Interp = 0,
+    InterpLazy = 1,
+    Vector = 2,
+    Loop = 3,
+    LoopLazy = 4,
+    Butterfly = 5,
+    ButterflyLazy = 6,
+    Seeded = 7,
+    SeededLazy = 8,
+    SeededNormal = 9,
+    SeededNormalLazy = 10,
+};
+inline constexpr unsigned kTransformCount = 11;
+
+/// Command-line name ("seeded-normal"), and back.
+std::string_view transform_name(TransformKind kind);
+std::optional<TransformKind> transform_from_name(std::string_view name);
+
+struct TransformOptions {
+    TransformKind kind = TransformKind::SeededNormal;
+    double s = 36.0 / 31.0;       // in (0, 36/31]: shape of the rule at extraordinary vertices
+    bool table1_weights = false;  // the paper's published Table 1 instead of the computed weights
+    unsigned loop_template = 10;  // lifting template of Loop: 4 or 10
+    bool local_frames = true;     // details as (normal, tangent, tangent) of the level below; else model axes
+};
+
+/// Forward and inverse transform of one semi-regular mesh on the patch grid. Set up once, then reusable: no allocation
+/// afterwards. All arrays are in hierarchical order; a coefficient array holds V(0) coarse positions, then for each
+/// level's new vertices their detail vectors (in local frames or model axes, as the options say).
+///
+/// Frames of level j's details are those of the level j-1 surface before its update is undone, as the caller of
+/// synthesize() has it: an open-loop decoder at lower quality uses slightly turned frames, a second-order effect.
+class PatchTransform {
+ public:
+    /// creases: empty, or one flag for each base edge (the boundary rule predicts along those).
+    PatchTransform(const BaseMesh& base, unsigned levels, const TransformOptions& options,
+                   std::span<const std::uint8_t> creases = {}, unsigned threads = 1);
+    ~PatchTransform();
+    PatchTransform(PatchTransform&&) noexcept;
+    PatchTransform& operator=(PatchTransform&&) noexcept;
+
+    /// positions: V(L), in. coefficients: V(L), out.
+    void analyze(std::span<const Vec3f> positions, std::span<Vec3f> coefficients);
+    /// coefficients: at least V(level), in. positions: V(level), out. level <= L.
+    void synthesize(std::span<const Vec3f> coefficients, unsigned level, std::span<Vec3f> positions);
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace mvw

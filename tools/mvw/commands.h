@@ -1,0 +1,17 @@
+// The subcommands of mvw: each file beside this one adds one, as a thin caller of the libraries.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace mvw::cli {
+
+/// Exit codes, the same for every subcommand.
+enum Exit : int { kSuccess = 0, kFailure = 1, kUsage = 2 };
+
+/// Thrown by a subcommand's callback to end the program: main prints one line "mvw: message" and exits with the code.
+struct Fatal {
+    int exit_code = kFailure;
+    std::string message;
+};
+
+}  // namespace mvw::cli

@@ -1,0 +1,22 @@
+#include <cstdio>
+#include <exception>
+
+#include "tools/mvw/commands.h"
+
+int main(int argc, char** argv) {
+    using namespace mvw::cli;
+    CLI::App app{"Encodes triangle meshes into .mvw files, streams them, and decodes them progressively."};
+    app.require_subcommand(1);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kSuccess : kUsage;
+    } catch (const Fatal& fatal) {
+        std::fprintf(stderr, "mvw: %s\n", fatal.message.c_str());
+        return fatal.exit_code;
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "mvw: %s\n", e.what());
+        return kFailure;
+    }
+    return kSuccess;
+}

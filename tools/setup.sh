@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Installs what a build needs on Debian 12, as root or as a user with sudo. Safe to run again: does nothing when done.
+set -euo pipefail
+packages=(
+    g++ python3 clang clang-tidy clang-format cmake ninja-build ccache mold pkg-config git ca-certificates
+    libdraco-dev libopenmesh-dev libboost-dev libzstd-dev zstd libssl-dev libgtest-dev libgmock-dev libbenchmark-dev
+    libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libembree-dev libhwy-dev libxxhash-dev libeigen3-dev
+    libassimp-dev libtinyobjloader-dev libtinygltf-dev libtbb-dev librapidcheck-dev
+    libepoxy-dev libegl-dev libgl1-mesa-dri libstb-dev
+)
+missing=()
+for package in "${packages[@]}"; do
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+done
+if [ ${#missing[@]} -gt 0 ]; then
+    sudo=()
+    [ "$(id -u)" -eq 0 ] || sudo=(sudo)
+    "${sudo[@]}" apt-get update
+    DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y --no-install-recommends --no-remove "${missing[@]}"
+fi
