@@ -1,6 +1,9 @@
 // Distance between two surfaces, both ways, with exact closest points: the number that every claim here is made in.
+// (What Metro does: Cignoni, Rocchini, Scopigno, Metro: measuring error on simplified surfaces, 1998.)
 #pragma once
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "codec/mesh/mesh.h"
 
@@ -11,7 +14,7 @@ struct SurfaceErrorOptions {
     unsigned threads = 0;               // 0: all cores
 };
 
-/// Distances as fractions of the diagonal of the reference's box.
+/// Distances as fractions of the diagonal of the reference's box. All points count alike.
 struct SurfaceError {
     double rms = 0;         // the larger of both directions
     double mean = 0;        // the larger of both directions
@@ -20,7 +23,15 @@ struct SurfaceError {
     double normal_deg = 0;  // mean angle between facet normals at corresponding points, the larger of both directions
 };
 
-/// Both meshes need a face of positive area (assert). Deterministic for given samples, whatever the thread count.
+/// Whether mesh has a face of positive area and a finite box: what surface_error() asks of both meshes.
+bool measurable(const Mesh& mesh);
+
+/// Both meshes must be measurable() (assert). Deterministic for given samples, whatever the thread count. Distances
+/// below 1e-14 of the diagonal, which is all that rounding leaves of equal surfaces, count as zero.
 SurfaceError surface_error(const Mesh& reference, const Mesh& other, const SurfaceErrorOptions& options = {});
+
+/// Distance of each vertex of `mesh` from the surface `reference`, as a fraction of the diagonal of the reference's
+/// box: what error pictures are coloured by. reference must be measurable() (assert).
+std::vector<double> vertex_errors(const Mesh& reference, std::span<const Vec3> positions, unsigned threads = 0);
 
 }  // namespace mvw
