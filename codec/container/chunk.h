@@ -12,20 +12,21 @@
 
 namespace mvw {
 
-/// What a chunk carries. On disk: append values, never renumber (FORMAT.md 3.1).
+/// What a chunk carries. On disk: append values, never renumber (FORMAT.md 3.1). A reader skips those it does not know.
 enum class Channel : std::uint8_t {
     Base = 0,      // connectivity, coarse positions, creases and labels of one part's level 0 (Draco inside)
     Geometry = 1,  // position coefficients of one (part, tile, level, layer); level 0: what the base's rounding left
     Color = 2,     // colour coefficients, likewise
 };
 
-/// Names a chunk. Ordered: a chunk can be decoded once the part's Base chunk and all lower layers of the same
-/// (part, tile, level, channel) are there; coarser levels that are absent count as zero details.
+/// Names a chunk. Ordered: a chunk can be decoded once the part's Base chunk and all lower layers that the file has of
+/// the same (part, tile, level, channel) are there; coarser levels that are absent count as zero details. Layers of one
+/// block may skip numbers: a chunk carries all that its block has above the next lower one.
 struct ChunkId {
     std::uint16_t part = 0;
     std::uint16_t tile = 0;  // 0 for Base
-    std::uint8_t level = 0;  // 0 for Base
-    std::uint8_t layer = 0;  // 0 = coarsest quantiser step; 0 for Base
+    std::uint8_t level = 0;  // 0 for Base; at most 15
+    std::uint8_t layer = 0;  // 0 = coarsest quantiser step; 0 for Base; at most 63
     Channel channel = Channel::Base;
     friend constexpr auto operator<=>(const ChunkId&, const ChunkId&) = default;
 };
@@ -38,5 +39,22 @@ struct ChunkEntry {
     std::uint32_t crc32c = 0;  // of the payload
     float error = 0;           // RMS surface error left after this chunk and all before it, fraction of the diagonal
 };
+
+/// What stands in front of each payload: 5 to 15 bytes (FORMAT.md 3.2).
+struct ChunkHead {
+    ChunkId id;
+    std::uint32_t length = 0;  // payload bytes
+    std::uint16_t check = 0;   // low half of the CRC-32C of the head's other bytes and the payload
+};
+
+/// Reads the head at the reader's place; `previous` is the id before it in the file (a default one at the start).
+/// NeedMoreData where the bytes end within it; Malformed, LimitExceeded as they say.
+Result<ChunkHead> read_chunk_head(ByteReader& in, const ChunkId& previous, const Limits& limits = {});
+
+/// The head's bytes without its check: what the index holds, and what the check covers before the payload.
+void write_chunk_head(ByteWriter& out, const ChunkId& previous, const ChunkId& id, std::uint32_t length);
+
+/// The check of a head whose other bytes are `head`.
+std::uint16_t chunk_check(ByteSpan head, ByteSpan payload);
 
 }  // namespace mvw

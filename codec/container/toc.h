@@ -8,27 +8,33 @@
 
 namespace mvw {
 
+inline constexpr std::uint16_t kFormatVersion = 1;
+inline constexpr std::uint32_t kKnownFeatures = 0;  // required-feature bits that this build knows
+
 /// One part of the model: wavelet parts carry levels >= 1; a part of level 0 alone is a mesh coded by Draco as it is.
 struct PartInfo {
     std::uint8_t levels = 0;  // L
     std::uint32_t base_vertices = 0, base_edges = 0, base_faces = 0;
     std::uint16_t tiles = 1;
+    friend bool operator==(const PartInfo&, const PartInfo&) = default;
 };
 
 /// What the first bytes of a file say.
 struct FileHeader {
-    std::uint16_t version = 0;
+    std::uint16_t version = kFormatVersion;
     std::uint32_t features = 0;                 // required-feature bits; an unknown one means refuse
-    std::array<std::uint8_t, 16> content_id{};  // 128-bit hash of the payloads: ETag and cache key
-    std::array<double, 3> center{};             // of the box; positions are coded as (p - center) / diagonal
-    double diagonal = 0;
-    std::uint8_t transform = 0;  // TransformKind
-    std::uint8_t layers = 0;
+    std::array<std::uint8_t, 16> content_id{};  // 128-bit hash of header and payloads: ETag and cache key
+    std::array<double, 3> center{};             // of the box, roughly; positions are coded as (p - center) / diagonal
+    double diagonal = 1;                        // of the box, up to 2^-15 longer
+    std::uint8_t transform = 0;                 // TransformKind
+    std::uint8_t layers = 0;                    // chunks' layers are below this
     std::vector<PartInfo> parts;
-    std::uint32_t header_bytes = 0;  // the header's own size, metadata included
-    std::uint64_t index_offset = 0;
+    std::uint32_t header_bytes = 0;  // the header's own size, metadata included: where the first chunk's head is
+    std::uint64_t index_offset = 0;  // where the last payload ends
     std::uint32_t index_bytes = 0;
     Bytes metadata;  // decoder parameters beyond the above, opaque to the server
+
+    [[nodiscard]] std::uint64_t file_bytes() const { return index_offset + index_bytes; }
 };
 
 /// Header and chunks in file order.
@@ -42,7 +48,15 @@ struct Toc {
 Result<FileHeader> read_header(ByteSpan prefix, const Limits& limits = {});
 
 /// Parses the index (the index_bytes at index_offset) and checks it against the file's size: offsets rise, chunks do
-/// not overlap, ids are unique and in range.
+/// not overlap, ids are unique and in range, a part's Base comes before its other chunks and lower layers before
+/// higher ones.
 Result<Toc> read_toc(const FileHeader& header, ByteSpan index, std::uint64_t file_bytes, const Limits& limits = {});
+
+/// Malformed where an id names a part, tile, level or layer that the header does not have.
+Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id);
+
+/// Error values on disk are hundredths of a decibel (FORMAT.md 5): 20 log10(1/error), rounded; 65535 stands for 0.
+std::uint16_t error_to_disk(double error);
+float error_from_disk(std::uint16_t centibel);
 
 }  // namespace mvw

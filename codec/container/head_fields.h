@@ -1,0 +1,11 @@
+// The fields that a chunk's head and its row of the index share. Inside the container room only.
+#pragma once
+#include "codec/container/chunk.h"
+
+namespace mvw::detail {
+
+/// Reads id and length as write_chunk_head() wrote them; errors as read_chunk_head()'s.
+Result<void> read_head_fields(ByteReader& in, const ChunkId& previous, const Limits& limits, ChunkId& id,
+                              std::uint32_t& length);
+
+}  // namespace mvw::detail
