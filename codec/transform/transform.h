@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "codec/mesh/semi_regular.h"
 #include "codec/vec.h"
@@ -40,12 +41,33 @@ struct TransformOptions {
     bool local_frames = true;     // details as (normal, tangent, tangent) of the level below; else model axes
 };
 
+/// What one unit of a coefficient moves on the finest level: the L2 norm of its effect, sqrt(sum over vertices of
+/// |effect|^2), in a flat regular neighbourhood. A quantiser of step q leaves about q^2/12 gain^2 / V(L) squared error
+/// for each coefficient, so that equal slopes ask for steps proportional to 1/gain: about half for each coarser level.
+struct LevelGain {
+    double normal = 1, tangential = 1;  // equal but for SeededNormal*, which predicts tangentially by the midpoint
+};
+/// gains[0] of a base vertex, gains[j] of a detail of level j, j = 1 ... levels.
+std::vector<LevelGain> synthesis_gains(const TransformOptions& options, unsigned levels);
+
 /// Forward and inverse transform of one semi-regular mesh on the patch grid. Set up once, then reusable: no allocation
 /// afterwards. All arrays are in hierarchical order; a coefficient array holds V(0) coarse positions, then for each
 /// level's new vertices their detail vectors (in local frames or model axes, as the options say).
 ///
-/// Frames of level j's details are those of the level j-1 surface before its update is undone, as the caller of
-/// synthesize() has it: an open-loop decoder at lower quality uses slightly turned frames, a second-order effect.
+/// One level of synthesis, with v the positions of level j and d the details of level j + 1, in this order:
+///   1  d goes from local frames to model axes. Its frame (frames.h) is that of the edge it splits: the normalised sum
+///   of
+///      the two ends' unit normals, and the edge's direction flattened; both from v as it arrives, before step 2.
+///   2  the lift is undone: v += sum of w d (lifting.h)
+///   3  the prediction is undone: e' = d + P(v), P and the normals that SeededNormal uses from the v of step 2
+///      (stencils.h); SeededNormal: P = m + n n.(Q - m), m the midpoint, n the normalised sum of the ends' unit
+///      normals, sharp edges excepted, where P = Q
+///   4  Loop only: v' = a v + b sum of e'
+/// The direction of an edge is that in which the upright triangle (i,k) (i+1,k) (i,k+1) runs through it; on a base
+/// edge, its own.
+///
+/// Frames come from the surface that the caller of synthesize() has: an open-loop decoder at lower quality uses
+/// slightly turned frames, a second-order effect.
 class PatchTransform {
  public:
     /// creases: empty, or one flag for each base edge (the boundary rule predicts along those).
