@@ -1,0 +1,183 @@
+#include "codec/entropy/block.h"
+
+#include <algorithm>
+
+namespace mvw {
+
+namespace {
+
+struct GridPoint {
+    std::int64_t i, k;
+    friend GridPoint operator+(GridPoint a, GridPoint b) { return {a.i + b.i, a.k + b.k}; }
+    friend GridPoint operator-(GridPoint a, GridPoint b) { return {a.i - b.i, a.k - b.k}; }
+};
+
+/// Direction of the level-(j-1) edge whose middle a new point is.
+GridPoint edge_direction(GridPoint p) {
+    if (p.k % 2 == 0) return {1, 0};
+    if (p.i % 2 == 0) return {0, 1};
+    return {1, -1};
+}
+
+/// The two grid directions besides d.
+std::array<GridPoint, 2> other_directions(GridPoint d) {
+    if (d.k == 0) return {{{0, 1}, {1, -1}}};
+    if (d.i == 0) return {{{1, 0}, {1, -1}}};
+    return {{{1, 0}, {0, 1}}};
+}
+
+/// Grid point at parameter t along side s of a face (semi_regular.h).
+GridPoint side_point(unsigned s, std::int64_t n, std::int64_t t) {
+    if (s == 0) return {t, 0};
+    if (s == 1) return {n - t, t};
+    return {0, n - t};
+}
+
+/// Finds the place of a face's grid points in a tile's block of one level.
+class Locator {
+ public:
+    Locator(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level)
+        : base_(base), tiling_(tiling), tile_(tile), level_(level), n_(std::int64_t{1} << level) {
+        if (level == 0) return;
+        const auto edges = static_cast<std::uint32_t>(tiling.tiles[tile].edges.size());
+        first_interior_ = edges * static_cast<std::uint32_t>(n_ / 2);
+        run_ = static_cast<std::uint32_t>(interior_points(level) - interior_points(level - 1));
+    }
+
+    /// kNone for a point that is outside the face, not new at this level, or another tile's.
+    [[nodiscard]] std::uint32_t operator()(std::uint32_t f, GridPoint p) const {
+        if (p.i < 0 || p.k < 0 || p.i + p.k > n_ || (p.i % 2 == 0 && p.k % 2 == 0)) return kNone;
+        if (p.k == 0) return on_side(f, 0, p.i);
+        if (p.i + p.k == n_) return on_side(f, 1, p.k);
+        if (p.i == 0) return on_side(f, 2, n_ - p.k);
+        const Tiling::Place place = tiling_.face[f];
+        if (place.tile != tile_) return kNone;
+        return first_interior_ + place.slot * run_ +
+               interior_rank(level_, static_cast<std::uint32_t>(p.i), static_cast<std::uint32_t>(p.k));
+    }
+    [[nodiscard]] std::uint32_t run() const { return run_; }
+
+ private:
+    [[nodiscard]] std::uint32_t on_side(std::uint32_t f, unsigned s, std::int64_t t) const {
+        const Tiling::Place place = tiling_.edge[base_.edge_of(f, s)];
+        if (place.tile != tile_) return kNone;
+        const std::int64_t along = base_.runs_along(f, s) ? t : n_ - t;
+        return static_cast<std::uint32_t>(place.slot * (n_ / 2) + along / 2);
+    }
+
+    const BaseMesh& base_;
+    const Tiling& tiling_;
+    std::uint32_t tile_;
+    unsigned level_;
+    std::int64_t n_;
+    std::uint32_t first_interior_ = 0, run_ = 0;
+};
+
+void add_unless_full(BlockShape::Neighbors& list, std::uint32_t place) {
+    if (const auto free = std::find(list.begin(), list.end(), kNone); free != list.end()) *free = place;
+}
+
+std::vector<BlockShape::Neighbors> base_neighbors(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile) {
+    BlockShape::Neighbors none;
+    none.fill(kNone);
+    std::vector<BlockShape::Neighbors> neighbors(tiling.tiles[tile].vertices.size(), none);
+    for (const BaseEdge& e : base.edges()) {
+        const Tiling::Place a = tiling.vertex[e.v[0]], b = tiling.vertex[e.v[1]];
+        if (a.tile != tile || b.tile != tile) continue;
+        add_unless_full(neighbors[a.slot], b.slot);
+        add_unless_full(neighbors[b.slot], a.slot);
+    }
+    return neighbors;
+}
+
+BlockShape::Neighbors interior_neighbors(const Locator& place, std::uint32_t f, GridPoint p) {
+    const GridPoint d = edge_direction(p), twice{2 * d.i, 2 * d.k};
+    const auto [a, b] = other_directions(d);
+    return {place(f, p - a), place(f, p + a),     place(f, p - b),
+            place(f, p + b), place(f, p - twice), place(f, p + twice)};
+}
+
+/// Neighbours of point t of a base edge: two inside each of its faces, two along it.
+BlockShape::Neighbors edge_neighbors(const Locator& place, const BaseEdge& e, std::int64_t n, std::int64_t t) {
+    BlockShape::Neighbors list;
+    list.fill(kNone);
+    unsigned filled = 0;
+    for (unsigned side = 0; side < 2 && e.face[side] != kNone; ++side) {
+        const GridPoint p = side_point(e.side[side], n, side == 0 ? t : n - t);
+        for (const GridPoint d : other_directions(edge_direction(p)))
+            for (const GridPoint q : {p - d, p + d})
+                if (q.i >= 0 && q.k >= 0 && q.i + q.k <= n) list[filled++] = place(e.face[side], q);
+    }
+    for (const std::int64_t u : {t - 2, t + 2}) list[u < t ? 4 : 5] = place(e.face[0], side_point(e.side[0], n, u));
+    return list;
+}
+
+BlockShape::Parents parents_of(const Locator& coarse, std::uint32_t f, GridPoint p) {
+    const GridPoint d = edge_direction(p), a = p - d, b = p + d;
+    return {coarse(f, {a.i / 2, a.k / 2}), coarse(f, {b.i / 2, b.k / 2})};
+}
+
+}  // namespace
+
+Tiling::Tiling(const BaseMesh& base, std::span<const std::uint16_t> tile_of_face, std::uint32_t tile_count)
+    : tiles(tile_count), vertex(base.vertex_count(), Place{kNone, 0}) {
+    const auto claim = [this](std::uint32_t tile, std::vector<std::uint32_t> Tile::*list, std::uint32_t member) {
+        std::vector<std::uint32_t>& members = tiles[tile].*list;
+        members.push_back(member);
+        return Place{tile, static_cast<std::uint32_t>(members.size() - 1)};
+    };
+    std::vector<std::uint32_t> tile_of_vertex(base.vertex_count(), kNone);
+    face.reserve(base.face_count());
+    for (std::uint32_t f = 0; f < base.face_count(); ++f) {
+        face.push_back(claim(tile_of_face[f], &Tile::faces, f));
+        for (const std::uint32_t v : base.faces()[f])
+            if (tile_of_vertex[v] == kNone) tile_of_vertex[v] = tile_of_face[f];
+    }
+    edge.reserve(base.edge_count());
+    for (std::uint32_t e = 0; e < base.edge_count(); ++e)
+        edge.push_back(claim(tile_of_face[base.edges()[e].face[0]], &Tile::edges, e));
+    for (std::uint32_t v = 0; v < base.vertex_count(); ++v)
+        vertex[v] = claim(tile_of_vertex[v] == kNone ? 0 : tile_of_vertex[v], &Tile::vertices, v);
+}
+
+std::uint64_t block_size(const Tiling::Tile& tile, unsigned level) {
+    if (level == 0) return tile.vertices.size();
+    return tile.edges.size() * (std::uint64_t{1} << (level - 1)) +
+           tile.faces.size() * (interior_points(level) - interior_points(level - 1));
+}
+
+BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level) {
+    const Tiling::Tile& owned = tiling.tiles[tile];
+    if (level == 0) {
+        indices_ = owned.vertices;
+        neighbors_ = base_neighbors(base, tiling, tile);
+        return;
+    }
+    const auto n = std::int64_t{1} << level;
+    const Locator place(base, tiling, tile, level), coarse(base, tiling, tile, level - 1);
+    const std::uint64_t size = block_size(owned, level), start = vertices_at_level(base, level - 1);
+    indices_.reserve(size);
+    neighbors_.reserve(size);
+    if (level > 1) parents_.reserve(size);
+    const auto add = [this, level](std::uint64_t index, const Neighbors& neighbors, const Locator& below,
+                                   std::uint32_t f, GridPoint p) {
+        indices_.push_back(static_cast<std::uint32_t>(index));
+        neighbors_.push_back(neighbors);
+        if (level > 1) parents_.push_back(parents_of(below, f, p));
+    };
+    for (const std::uint32_t e : owned.edges) {
+        const BaseEdge& edge = base.edges()[e];
+        for (std::int64_t t = 1; t < n; t += 2)
+            add(start + e * static_cast<std::uint64_t>(n / 2) + static_cast<std::uint64_t>(t / 2),
+                edge_neighbors(place, edge, n, t), coarse, edge.face[0], side_point(edge.side[0], n, t));
+    }
+    const std::uint64_t first_interior = start + base.edge_count() * static_cast<std::uint64_t>(n / 2);
+    for (const std::uint32_t f : owned.faces) {
+        std::uint64_t index = first_interior + std::uint64_t{f} * place.run();
+        for (std::int64_t i = 1; i < n; ++i)
+            for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step)
+                add(index++, interior_neighbors(place, f, {i, k}), coarse, f, {i, k});
+    }
+}
+
+}  // namespace mvw

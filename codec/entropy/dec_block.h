@@ -1,0 +1,47 @@
+// Decodes the bit-planes of one block, as far as they have come.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "codec/bytes.h"
+#include "codec/entropy/plane_coder.h"
+#include "codec/result.h"
+
+namespace mvw {
+
+/// A block's coefficients as far as its planes have come. Before the first plane it holds no memory.
+class BlockDecoder {
+ public:
+    /// components: 1 to kMaxComponents.
+    explicit BlockDecoder(unsigned components) : components_(components) {}
+
+    /// Decodes the next plane down; the first call sets the top plane. shape: the same one each time. parent: the block
+    /// of the same tile and channel one level below (null at levels 0 and 1), all of whose planes above `plane` must
+    /// have been decoded whole; lower ones do no harm. whole: false where `bytes` is a cut-off beginning of the plane:
+    /// then as many coefficients are updated as the bytes determine, and no plane can follow.
+    ///
+    /// Malformed where the plane is not the next one down (or is above kMaxPlanes - 1), or a cut plane came before.
+    /// Any bytes decode to something: a checksum is the caller's. O(size), independent of the bytes.
+    Result<void> decode_plane(const BlockShape& shape, const BlockDecoder* parent, unsigned plane, ByteSpan bytes,
+                              bool whole);
+
+    /// False while all coefficients are zero because no plane has come.
+    [[nodiscard]] bool started() const { return !entries_.empty(); }
+    /// Lowest plane of which anything is known; kMaxPlanes before the first.
+    [[nodiscard]] unsigned lowest_plane() const { return plane_; }
+
+    /// Coefficients in units of their steps, coefficient-major, size * components: zero, or the middle of what the
+    /// decoded planes leave open: sign * (magnitude + reconstruction * 2^(lowest plane known of this coefficient)).
+    void values(float reconstruction, std::span<float> out) const;
+    /// Exact integers, for lossless coding: right once plane 0 has come whole.
+    void integers(std::span<std::int32_t> out) const;
+
+ private:
+    unsigned components_;
+    unsigned plane_ = kMaxPlanes;
+    std::size_t complete_ = 0;  // entries that have plane_; those behind stand at plane_ + 1
+    PlaneModel model_;
+    Magnitudes entries_;
+};
+
+}  // namespace mvw

@@ -1,0 +1,53 @@
+// Range decoder over a chunk that may have been cut: it knows which symbols its bytes determine.
+#pragma once
+#include "codec/bytes.h"
+#include "codec/entropy/range_coder.h"
+
+namespace mvw {
+
+/// kCut false: the bytes are the whole chunk, zeros stand behind them, every symbol is determined. kCut true: unknown
+/// bytes stand behind them, and decode() says when they would matter. Never reads outside the span.
+template <bool kCut>
+class RangeDecoder {
+ public:
+    explicit RangeDecoder(ByteSpan bytes) : next_(bytes.data()), end_(bytes.data() + bytes.size()) {
+        for (int k = 0; k < 4; ++k) shift_in();
+    }
+
+    /// The next symbol. Where stopped() turns true it was not determined, and no later one will be.
+    bool decode(std::uint32_t probability) {
+        const std::uint32_t one = share_of_one(range_, probability);
+        const bool bit = code_ < one;
+        if constexpr (kCut) {
+            if (bit && unknown_ >= one - code_) stopped_ = true;
+            if (stopped_) return false;
+        }
+        if (bit) {
+            range_ = one;
+        } else {
+            code_ -= one;
+            range_ -= one;
+        }
+        while (range_ < kMinRange) {
+            range_ <<= 8;
+            shift_in();
+        }
+        return bit;
+    }
+    [[nodiscard]] bool stopped() const { return stopped_; }
+
+ private:
+    void shift_in() {
+        const bool there = next_ != end_;
+        code_ = (code_ << 8) | (there ? std::to_integer<std::uint32_t>(*next_++) : 0u);
+        if constexpr (kCut) unknown_ = (unknown_ << 8) | (there ? 0u : 0xFFu);
+    }
+
+    const std::byte* next_;
+    const std::byte* end_;
+    std::uint32_t range_ = 0xFFFFFFFFu, code_ = 0;
+    std::uint32_t unknown_ = 0;  // the missing bytes may add 0 to this much to code_
+    bool stopped_ = false;
+};
+
+}  // namespace mvw
