@@ -6,15 +6,21 @@ packages=(
     libdraco-dev libopenmesh-dev libboost-dev libzstd-dev zstd libssl-dev libgtest-dev libgmock-dev libbenchmark-dev
     libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libembree-dev libhwy-dev libxxhash-dev libeigen3-dev
     libassimp-dev libtinyobjloader-dev libtinygltf-dev libtbb-dev librapidcheck-dev
-    libepoxy-dev libegl-dev libgl1-mesa-dri libstb-dev
+    libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev
 )
 missing=()
 for package in "${packages[@]}"; do
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
 done
-if [ ${#missing[@]} -gt 0 ]; then
-    sudo=()
-    [ "$(id -u)" -eq 0 ] || sudo=(sudo)
-    "${sudo[@]}" apt-get update
-    DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y --no-install-recommends --no-remove "${missing[@]}"
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+root=()
+if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "setup.sh: run this as root, or install sudo: ${missing[*]} missing" >&2; exit 1; }
+    root=(sudo)
 fi
+# Some machines hold package locks for a moment after they start: wait for them.
+apt=("${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300)
+"${apt[@]}" update
+# --no-remove: rather fail than take other software off the machine to make room for ours.
+"${apt[@]}" install -y --no-install-recommends --no-remove "${missing[@]}"
