@@ -1,19 +1,38 @@
-// Reads and writes triangle meshes by file ending: .ply .obj .stl .off .gltf .glb. The formats themselves are left to
-// libraries; what they return is checked here.
+// Reads and writes triangle meshes by file ending: .ply .obj .stl .off .gltf .glb.
+// OBJ and glTF are left to libraries (tinyobjloader, tinygltf) whose answers are checked here. PLY, OFF and STL have
+// readers of their own: see ply.cpp, off.cpp and stl.cpp for what the libraries at hand lost.
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <string>
 
+#include "codec/bytes.h"
 #include "codec/mesh/clean.h"
 #include "codec/mesh/mesh.h"
 #include "codec/result.h"
 
 namespace mvw {
 
-/// Reads a mesh: polygons triangulated (counted in the report), not cleaned otherwise. Errors name the file and the
-/// reason: missing, unreadable, truncated, no faces, an index out of range, a coordinate that is not finite.
+enum class MeshFormat : std::uint8_t { Ply, Obj, Stl, Off, Gltf, Glb };
+
+/// The format that a path's ending names, in capitals or not.
+std::optional<MeshFormat> mesh_format_of(const std::string& path);
+
+/// Reads a mesh: polygons triangulated (counted in the report), not cleaned otherwise. Colours are those of vertices;
+/// materials are labels, present where a file uses more than one. Errors name the file and the reason: missing,
+/// unreadable, truncated, no faces, an index out of range, a coordinate that is not finite.
 Result<Mesh> read_mesh(const std::string& path, CleanReport& report);
 
-/// Writes beside the final name, then renames. Colours are kept where the format has them (not STL, OFF as COFF).
+/// The same of bytes in memory, for files that never were one. A .gltf may name no outer buffers then. Any bytes give
+/// a mesh or an error; memory stays in proportion to their number.
+Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanReport& report);
+
+/// Writes beside the final name, then renames. Colours are kept but in STL, materials in OBJ alone. Positions are
+/// float32 in STL and GLB, in PLY too unless that moves a vertex by over 1e-6 of the diagonal; decimal text that reads
+/// back as the same double in OBJ and OFF. A .gltf is not written: ask for .glb.
 Result<void> write_mesh(const std::string& path, const Mesh& mesh);
+
+/// The bytes that write_mesh() puts into a file of that format.
+Result<Bytes> write_mesh_to_memory(const Mesh& mesh, MeshFormat format);
 
 }  // namespace mvw

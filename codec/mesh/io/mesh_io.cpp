@@ -1,0 +1,106 @@
+#include "codec/mesh/io/mesh_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "codec/mesh/io/files.h"
+#include "codec/mesh/io/formats.h"
+
+namespace mvw {
+namespace {
+
+constexpr std::array<const char*, 6> kEndings{".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
+
+Error unknown_format(const std::string& path) {
+    return {Errc::InvalidArgument, 0, path + ": has no known mesh format's ending (.ply .obj .stl .off .gltf .glb)"};
+}
+
+Error of_file(const std::string& path, Error error) {
+    error.message = path + ": " + error.message;
+    return error;
+}
+
+Result<Polygons> read_polygons(ByteSpan bytes, MeshFormat format) {
+    switch (format) {
+        case MeshFormat::Ply:
+            return read_ply(bytes);
+        case MeshFormat::Obj:
+            return read_obj(bytes);
+        case MeshFormat::Stl:
+            return read_stl(bytes);
+        case MeshFormat::Off:
+            return read_off(bytes);
+        case MeshFormat::Gltf:
+        case MeshFormat::Glb:
+            break;
+    }
+    return Error{Errc::InvalidArgument, 0, "is of no known format"};
+}
+
+bool fits_float(const Mesh& mesh) {
+    constexpr double kMost = std::numeric_limits<float>::max();
+    return std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Vec3& p) {
+        return std::abs(p.x) <= kMost && std::abs(p.y) <= kMost && std::abs(p.z) <= kMost;
+    });
+}
+
+}  // namespace
+
+std::optional<MeshFormat> mesh_format_of(const std::string& path) {
+    const std::size_t dot = path.find_last_of("./");
+    if (dot == std::string::npos) return {};
+    std::string ending = path.substr(dot);
+    for (char& c : ending)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+    for (std::size_t i = 0; i < kEndings.size(); ++i)
+        if (ending == kEndings[i]) return static_cast<MeshFormat>(i);
+    return {};
+}
+
+Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanReport& report) {
+    if (bytes.empty()) return Error{Errc::Malformed, 0, "is empty"};
+    Result<Polygons> polygons = read_polygons(bytes, format);
+    if (!polygons) return polygons.error();
+    return to_mesh(std::move(polygons).value(), report);
+}
+
+Result<Mesh> read_mesh(const std::string& path, CleanReport& report) {
+    const auto format = mesh_format_of(path);
+    if (!format) return unknown_format(path);
+    const Result<Bytes> bytes = read_file(path);
+    if (!bytes) return bytes.error();
+    Result<Mesh> mesh = read_mesh_from_memory(*bytes, *format, report);
+    if (!mesh) return of_file(path, mesh.error());
+    return mesh;
+}
+
+Result<Bytes> write_mesh_to_memory(const Mesh& mesh, MeshFormat format) {
+    if ((format == MeshFormat::Stl || format == MeshFormat::Glb) && !fits_float(mesh))
+        return Error{Errc::InvalidArgument, 0, "coordinates are too large for this format's 32 bits"};
+    switch (format) {
+        case MeshFormat::Ply:
+            return write_ply(mesh);
+        case MeshFormat::Obj:
+            return write_obj(mesh);
+        case MeshFormat::Stl:
+            return write_stl(mesh);
+        case MeshFormat::Off:
+            return write_off(mesh);
+        case MeshFormat::Gltf:
+        case MeshFormat::Glb:
+            break;
+    }
+    return Error{Errc::Unsupported, 0, "cannot be written as .gltf: use .glb"};
+}
+
+Result<void> write_mesh(const std::string& path, const Mesh& mesh) {
+    const auto format = mesh_format_of(path);
+    if (!format) return unknown_format(path);
+    const Result<Bytes> bytes = write_mesh_to_memory(mesh, *format);
+    if (!bytes) return of_file(path, bytes.error());
+    return write_file(path, *bytes);
+}
+
+}  // namespace mvw

@@ -1,0 +1,317 @@
+// PLY, ASCII and binary of both byte orders: any scalar types, elements and properties that are not needed skipped.
+//
+// An own reader: OpenMesh refuses lists counted by 32-bit integers and takes a vertex "1 abc 1" or a file cut
+// short in its ASCII part without a word; assimp keeps float32 only. The format is a table, so reading it is short.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "codec/mesh/io/formats.h"
+#include "codec/mesh/io/text.h"
+
+namespace mvw {
+namespace {
+
+enum class Scalar : std::uint8_t { I8, U8, I16, U16, I32, U32, F32, F64 };
+constexpr std::array<std::size_t, 8> kScalarBytes{1, 1, 2, 2, 4, 4, 4, 8};
+
+enum class Encoding : std::uint8_t { Ascii, Little, Big };
+
+/// What a property means here.
+enum class Role : std::uint8_t { Other, X, Y, Z, Red, Green, Blue, Alpha, Corners };
+
+struct Property {
+    Role role = Role::Other;
+    Scalar type = Scalar::F32;
+    bool list = false;
+    Scalar count_type = Scalar::U8;
+};
+
+struct Element {
+    std::string_view name;
+    std::uint64_t count = 0;
+    std::vector<Property> properties;
+};
+
+struct Header {
+    Encoding encoding = Encoding::Ascii;
+    std::vector<Element> elements;
+};
+
+Error malformed(std::string reason) {
+    return {Errc::Malformed, 0, std::move(reason)};
+}
+
+std::optional<Scalar> to_scalar(std::string_view name) {
+    constexpr std::array<std::array<std::string_view, 2>, 8> kNames{{{"char", "int8"},
+                                                                     {"uchar", "uint8"},
+                                                                     {"short", "int16"},
+                                                                     {"ushort", "uint16"},
+                                                                     {"int", "int32"},
+                                                                     {"uint", "uint32"},
+                                                                     {"float", "float32"},
+                                                                     {"double", "float64"}}};
+    for (std::size_t i = 0; i < kNames.size(); ++i)
+        if (name == kNames[i][0] || name == kNames[i][1]) return static_cast<Scalar>(i);
+    return {};
+}
+
+Role role_of(std::string_view element, std::string_view name, bool list) {
+    if (element == "face")
+        return list && (name == "vertex_indices" || name == "vertex_index") ? Role::Corners : Role::Other;
+    if (element != "vertex" || list) return Role::Other;
+    constexpr std::array<std::string_view, 8> kNames{"", "x", "y", "z", "red", "green", "blue", "alpha"};
+    for (std::size_t i = 1; i < kNames.size(); ++i)
+        if (name == kNames[i]) return static_cast<Role>(i);
+    return Role::Other;
+}
+
+Result<Property> read_property(std::string_view line, std::string_view element) {
+    Property property;
+    std::string_view word = next_word(line);
+    property.list = word == "list";
+    if (property.list) {
+        const auto count_type = to_scalar(next_word(line));
+        if (!count_type || *count_type >= Scalar::F32) return malformed("the header has a list counted by no integer");
+        property.count_type = *count_type;
+        word = next_word(line);
+    }
+    const auto type = to_scalar(word);
+    if (!type) return malformed("the header has a property of an unknown type");
+    property.type = *type;
+    property.role = role_of(element, next_word(line), property.list);
+    return property;
+}
+
+Result<Header> read_header(std::string_view& text) {
+    Header header;
+    if (next_line(text) != "ply") return malformed("does not begin with ply");
+    bool has_format = false;
+    for (;;) {
+        if (text.empty()) return malformed("is truncated: no end_header");
+        std::string_view line = next_line(text);
+        const std::string_view word = next_word(line);
+        if (word == "end_header") break;
+        if (word == "format") {
+            const std::string_view name = next_word(line);
+            has_format = name == "ascii" || name == "binary_little_endian" || name == "binary_big_endian";
+            header.encoding = name == "ascii"                  ? Encoding::Ascii
+                              : name == "binary_little_endian" ? Encoding::Little
+                                                               : Encoding::Big;
+        } else if (word == "element") {
+            const std::string_view name = next_word(line);
+            const auto count = to_number(next_word(line));
+            if (!count || !(*count >= 0) || *count >= 4294967295.0) return malformed("the header has a wrong count");
+            header.elements.push_back({name, static_cast<std::uint64_t>(*count), {}});
+        } else if (word == "property") {
+            if (header.elements.empty()) return malformed("the header has a property of no element");
+            const Result<Property> property = read_property(line, header.elements.back().name);
+            if (!property) return property.error();
+            header.elements.back().properties.push_back(*property);
+        }
+    }
+    if (!has_format) return malformed("the header names no known format");
+    return header;
+}
+
+/// Values in file order, whatever the encoding. After a failure every value is 0 and failed() is true.
+class Values {
+ public:
+    Values(std::string_view body, Encoding encoding) : body_(body), encoding_(encoding) {}
+
+    double next(Scalar type) {
+        if (encoding_ == Encoding::Ascii) {
+            const auto value = to_number(next_word(body_));
+            failed_ = failed_ || !value;
+            return failed_ ? 0.0 : *value;
+        }
+        const std::size_t size = kScalarBytes[static_cast<std::size_t>(type)];
+        if (failed_ || body_.size() < size) return failed_ = true, 0.0;
+        std::array<char, 8> raw{};
+        std::memcpy(raw.data(), body_.data(), size);
+        if (encoding_ == Encoding::Big) std::reverse(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(size));
+        body_.remove_prefix(size);
+        return decode(raw, type);
+    }
+    /// Bytes that a value of this type takes at least: 2 in ASCII (but the last, which may lack its blank).
+    [[nodiscard]] std::size_t least_bytes(Scalar type) const {
+        return encoding_ == Encoding::Ascii ? 2 : kScalarBytes[static_cast<std::size_t>(type)];
+    }
+    [[nodiscard]] bool failed() const { return failed_; }
+    [[nodiscard]] std::size_t remaining() const { return body_.size() + 1; }
+    void fail() { failed_ = true; }
+
+ private:
+    template <typename T>
+    static double as(const std::array<char, 8>& raw) {
+        T value;
+        std::memcpy(&value, raw.data(), sizeof(T));
+        return static_cast<double>(value);
+    }
+    static double decode(const std::array<char, 8>& raw, Scalar type) {
+        switch (type) {
+            case Scalar::I8:
+                return as<std::int8_t>(raw);
+            case Scalar::U8:
+                return as<std::uint8_t>(raw);
+            case Scalar::I16:
+                return as<std::int16_t>(raw);
+            case Scalar::U16:
+                return as<std::uint16_t>(raw);
+            case Scalar::I32:
+                return as<std::int32_t>(raw);
+            case Scalar::U32:
+                return as<std::uint32_t>(raw);
+            case Scalar::F32:
+                return as<float>(raw);
+            case Scalar::F64:
+                return as<double>(raw);
+        }
+        return 0;
+    }
+
+    std::string_view body_;
+    Encoding encoding_;
+    bool failed_ = false;
+};
+
+std::uint32_t to_index(double value) {
+    return value >= 0 && value < 4294967295.0 && value == std::floor(value) ? static_cast<std::uint32_t>(value)
+                                                                            : kBadIndex;
+}
+
+/// A colour channel of any type: floating-point ones are fractions of 1, 16-bit ones of 65535.
+std::uint8_t to_channel(double value, Scalar type) {
+    if (type == Scalar::F32 || type == Scalar::F64) value *= 255;
+    if (type == Scalar::U16) value /= 257;
+    return static_cast<std::uint8_t>(std::lround(std::isfinite(value) ? std::clamp(value, 0.0, 255.0) : 0.0));
+}
+
+/// One list; its corners go to `corners` where that is not null.
+void read_list(Values& values, const Property& property, std::vector<std::uint32_t>* corners) {
+    const double count = values.next(property.count_type);
+    // Checked before the loop: a short file cannot make it long.
+    if (!(count >= 0) || count > static_cast<double>(values.remaining() / values.least_bytes(property.type)))
+        return values.fail();
+    for (double k = 0; k < count; ++k) {
+        const std::uint32_t index = to_index(values.next(property.type));
+        if (corners != nullptr) corners->push_back(index);
+    }
+}
+
+void read_vertex(Values& values, const Element& element, bool colored, Polygons& out) {
+    Vec3 p;
+    Rgba8 color;
+    for (const Property& property : element.properties) {
+        if (property.list) {
+            read_list(values, property, nullptr);
+            continue;
+        }
+        const double value = values.next(property.type);
+        const std::size_t role = static_cast<std::size_t>(property.role);
+        if (property.role >= Role::X && property.role <= Role::Z) p[role - static_cast<std::size_t>(Role::X)] = value;
+        if (property.role == Role::Red) color.r = to_channel(value, property.type);
+        if (property.role == Role::Green) color.g = to_channel(value, property.type);
+        if (property.role == Role::Blue) color.b = to_channel(value, property.type);
+        if (property.role == Role::Alpha) color.a = to_channel(value, property.type);
+    }
+    out.positions.push_back(p);
+    if (colored) out.colors.push_back(color);
+}
+
+bool has_role(const Element& element, Role role) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [&](const Property& p) { return p.role == role; });
+}
+
+Result<void> read_element(Values& values, const Element& element, Polygons& out) {
+    const bool vertex = element.name == "vertex", face = element.name == "face";
+    if (vertex && !(has_role(element, Role::X) && has_role(element, Role::Y) && has_role(element, Role::Z)))
+        return malformed("vertices have no x, y and z");
+    if (face && !has_role(element, Role::Corners)) return malformed("faces have no vertex_indices");
+    const bool colored =
+        has_role(element, Role::Red) && has_role(element, Role::Green) && has_role(element, Role::Blue);
+
+    std::uint64_t least = 0;  // bytes of one row
+    for (const Property& p : element.properties) least += values.least_bytes(p.list ? p.count_type : p.type);
+    if (least == 0) return {};  // rows without content take no bytes
+    if (element.count > values.remaining() / least)
+        return malformed(
+            fmt::format("is truncated: {} rows of element {} do not fit into its bytes", element.count, element.name));
+    if (vertex) out.positions.reserve(element.count);
+    if (face) out.starts.reserve(element.count + 1);
+    for (std::uint64_t row = 0; row < element.count; ++row) {
+        if (vertex) {
+            read_vertex(values, element, colored, out);
+        } else {
+            for (const Property& p : element.properties) {
+                if (p.list)
+                    read_list(values, p, p.role == Role::Corners ? &out.corners : nullptr);
+                else
+                    values.next(p.type);
+            }
+            if (face) out.end_polygon();
+        }
+        if (values.failed())
+            return malformed(fmt::format("is truncated or damaged at row {} of element {}", row, element.name));
+    }
+    return {};
+}
+
+/// True where float32 would move a vertex by over 1e-6 of the diagonal.
+bool needs_double(const Mesh& mesh) {
+    const double allowed = 1e-6 * bounding_box(mesh).diagonal();
+    return std::any_of(mesh.positions.begin(), mesh.positions.end(), [&](const Vec3& p) {
+        const double moved = length(p - to_double(to_float(p)));
+        return !(moved <= allowed);
+    });
+}
+
+}  // namespace
+
+Result<Polygons> read_ply(ByteSpan bytes) {
+    std::string_view text = as_text(bytes);
+    const Result<Header> header = read_header(text);
+    if (!header) return header.error();
+    Polygons out;
+    Values values(text, header->encoding);
+    for (const Element& element : header->elements)
+        if (const Result<void> done = read_element(values, element, out); !done) return done.error();
+    return out;
+}
+
+Bytes write_ply(const Mesh& mesh) {
+    const bool wide = needs_double(mesh);
+    const char* type = wide ? "double" : "float";
+    std::string head = fmt::format(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {0}\nproperty {1} x\nproperty {1} y\nproperty {1} z\n",
+        mesh.positions.size(), type);
+    if (!mesh.colors.empty())
+        for (const char* channel : {"red", "green", "blue", "alpha"})
+            head += fmt::format("property uchar {}\n", channel);
+    head += fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n", mesh.faces.size());
+
+    ByteWriter out;
+    out.bytes(as_bytes(head));
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (wide)
+                out.f64(mesh.positions[v][k]);
+            else
+                out.f32(static_cast<float>(mesh.positions[v][k]));
+        }
+        if (mesh.colors.empty()) continue;
+        const Rgba8& c = mesh.colors[v];
+        for (const std::uint8_t channel : {c.r, c.g, c.b, c.a}) out.u8(channel);
+    }
+    for (const Face& f : mesh.faces) {
+        out.u8(3);
+        for (const std::uint32_t v : f) out.u32(v);
+    }
+    return out.take();
+}
+
+}  // namespace mvw

@@ -1,0 +1,173 @@
+#include "codec/mesh/io/polygons.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace mvw {
+namespace {
+
+/// Tests of a corner against an ear for all polygons of a file: some seconds.
+constexpr std::uint64_t kTriangulationBudget = 2'000'000'000;
+/// Half-edges are numbered in 32 bits.
+constexpr std::uint64_t kMaxFaces = 0xFFFFFFFFu / 3;
+
+struct Point2 {
+    double x = 0, y = 0;
+};
+
+/// Twice the signed area of a, b, c.
+double turn(const Point2& a, const Point2& b, const Point2& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// Clips ears of one polygon, projected so that it runs counter-clockwise.
+class EarClipper {
+ public:
+    EarClipper(std::vector<Point2> points, std::uint64_t& budget)
+        : points_(std::move(points)), left_(points_.size()), next_(left_), previous_(left_), budget_(budget) {
+        for (std::size_t i = 0; i < left_; ++i) {
+            next_[i] = (i + 1) % left_;
+            previous_[i] = (i + left_ - 1) % left_;
+        }
+    }
+
+    template <typename Emit>
+    void clip(Emit emit) {
+        std::size_t at = 0;
+        while (left_ > 3) {
+            const std::size_t ear = find_ear(at);
+            emit(previous_[ear], ear, next_[ear]);
+            next_[previous_[ear]] = next_[ear];
+            previous_[next_[ear]] = previous_[ear];
+            --left_;
+            at = next_[next_[ear]];  // every other corner first: fewer slivers than a fan
+        }
+        emit(previous_[at], at, next_[at]);
+    }
+
+ private:
+    /// The next corner from `at` on that can be cut off; where none can (the polygon crosses itself, or is flat) the
+    /// one that turns left most.
+    std::size_t find_ear(std::size_t at) {
+        std::size_t best = at;
+        double best_turn = -1e300;
+        for (std::size_t i = 0, ear = at; i < left_ && budget_ > 0; ++i, ear = next_[ear]) {
+            const double area = turn(points_[previous_[ear]], points_[ear], points_[next_[ear]]);
+            if (area > 0 && is_empty(ear)) return ear;
+            if (area > best_turn) best_turn = area, best = ear;
+        }
+        return best;
+    }
+
+    /// True where no other corner lies in the triangle at `ear` or on its border.
+    bool is_empty(std::size_t ear) {
+        const Point2 a = points_[previous_[ear]], b = points_[ear], c = points_[next_[ear]];
+        for (std::size_t i = next_[next_[ear]]; i != previous_[ear] && budget_ > 0; i = next_[i]) {
+            --budget_;
+            const Point2& p = points_[i];
+            if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
+        }
+        return true;
+    }
+
+    std::vector<Point2> points_;
+    std::size_t left_;
+    std::vector<std::size_t> next_, previous_;
+    std::uint64_t& budget_;
+};
+
+/// Newell's normal of the polygon around its first corner, not of unit length.
+Vec3 newell_normal(const std::vector<Vec3>& positions, const std::uint32_t* corners, std::size_t n) {
+    Vec3 normal;
+    const Vec3 origin = positions[corners[0]];
+    for (std::size_t i = 1; i + 1 < n; ++i)
+        normal += cross(positions[corners[i]] - origin, positions[corners[i + 1]] - origin);
+    return normal;
+}
+
+/// The polygon in the plane across its normal, counter-clockwise.
+std::vector<Point2> project(const std::vector<Vec3>& positions, const std::uint32_t* corners, std::size_t n) {
+    const Vec3 normal = normalized(newell_normal(positions, corners, n));
+    const Vec3 helper = std::abs(normal.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    const Vec3 u = normalized(cross(helper, normal)), v = cross(normal, u);
+    std::vector<Point2> points(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3 p = positions[corners[i]] - positions[corners[0]];
+        points[i] = {dot(p, u), dot(p, v)};
+    }
+    return points;
+}
+
+/// Cuts a quad along its shorter diagonal, or along the one that lies inside where the quad is concave.
+void cut_quad(const std::vector<Vec3>& positions, const std::uint32_t* c, std::vector<Face>& faces) {
+    const std::vector<Point2> p = project(positions, c, 4);
+    const double inside_02 = std::min(turn(p[0], p[1], p[2]), turn(p[0], p[2], p[3]));
+    const double inside_13 = std::min(turn(p[1], p[2], p[3]), turn(p[1], p[3], p[0]));
+    bool cut_02 = inside_02 > inside_13;
+    if (inside_02 > 0 && inside_13 > 0)
+        cut_02 = squared_length(positions[c[0]] - positions[c[2]]) <= squared_length(positions[c[1]] - positions[c[3]]);
+    const std::size_t s = cut_02 ? 0 : 1;
+    faces.push_back({c[s], c[s + 1], c[s + 2]});
+    faces.push_back({c[s], c[s + 2], c[(s + 3) % 4]});
+}
+
+Result<void> check(const Polygons& in) {
+    for (std::size_t v = 0; v < in.positions.size(); ++v)
+        if (const Vec3& p = in.positions[v]; !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+            return Error{Errc::Malformed, 0, fmt::format("vertex {} has a coordinate that is not a finite number", v)};
+    for (std::size_t p = 0; p < in.count(); ++p)
+        for (std::size_t i = in.starts[p]; i < in.starts[p + 1]; ++i)
+            if (in.corners[i] >= in.positions.size())
+                return Error{Errc::Malformed, 0,
+                             in.corners[i] == kBadIndex
+                                 ? fmt::format("face {} has an index out of range", p)
+                                 : fmt::format("face {} names vertex {} of {}", p, in.corners[i], in.positions.size())};
+    if (in.corners.size() >= kMaxFaces)
+        return Error{Errc::LimitExceeded, 0, fmt::format("{} face corners are too many", in.corners.size())};
+    return {};
+}
+
+}  // namespace
+
+void triangulate(const std::vector<Vec3>& positions, const std::uint32_t* corners, std::size_t n,
+                 std::vector<Face>& faces, std::uint64_t& budget) {
+    if (n == 3) return faces.push_back({corners[0], corners[1], corners[2]});
+    if (n == 4) return cut_quad(positions, corners, faces);
+    EarClipper(project(positions, corners, n), budget).clip([&](std::size_t a, std::size_t b, std::size_t c) {
+        faces.push_back({corners[a], corners[b], corners[c]});
+    });
+}
+
+Result<Mesh> to_mesh(Polygons polygons, CleanReport& report) {
+    if (const Result<void> fine = check(polygons); !fine) return fine.error();
+    Mesh mesh;
+    mesh.positions = std::move(polygons.positions);
+    mesh.faces.reserve(polygons.corners.size() >= 2 * polygons.count() ? polygons.corners.size() - 2 * polygons.count()
+                                                                       : 0);
+    std::uint64_t budget = kTriangulationBudget;
+    for (std::size_t p = 0; p < polygons.count(); ++p) {
+        const std::size_t n = polygons.starts[p + 1] - polygons.starts[p];
+        if (n < 3) {
+            ++report.degenerate_faces;
+            continue;
+        }
+        report.triangulated_polygons += n > 3;
+        triangulate(mesh.positions, polygons.corners.data() + polygons.starts[p], n, mesh.faces, budget);
+        if (!polygons.materials.empty()) mesh.materials.resize(mesh.faces.size(), polygons.materials[p]);
+    }
+    if (mesh.faces.empty()) return Error{Errc::Malformed, 0, "has no faces"};
+
+    if (!polygons.colors.empty()) {
+        mesh.colors = std::move(polygons.colors);
+        mesh.colors.resize(mesh.positions.size());
+    }
+    const auto& labels = mesh.materials;
+    if (std::all_of(labels.begin(), labels.end(), [&](std::uint32_t m) { return m == labels[0]; }))
+        mesh.materials.clear();
+    return mesh;
+}
+
+}  // namespace mvw
