@@ -42,7 +42,9 @@ class [[nodiscard]] Result {
     const T& operator*() const& { return value(); }
     T* operator->() { return &value(); }
     const T* operator->() const { return &value(); }
-    [[nodiscard]] const Error& error() const { return assert(!ok()), *std::get_if<1>(&state_); }
+    [[nodiscard]] const Error& error() const {
+        return assert(!ok()), *std::get_if<1>(&state_);  // NOLINT(clang-analyzer-core.uninitialized.UndefReturn)
+    }
 
  private:
     std::variant<T, Error> state_;

@@ -74,8 +74,9 @@ class Vertices {
     Vertices& operator=(const Vertices&) = delete;
 
     static void attribute(GLuint slot, GLint size, GLenum type, bool unit, std::size_t stride, std::size_t offset) {
-        glVertexAttribPointer(slot, size, type, unit ? GL_TRUE : GL_FALSE, static_cast<GLsizei>(stride),
-                              reinterpret_cast<const void*>(offset));
+        glVertexAttribPointer(
+            slot, size, type, unit ? GL_TRUE : GL_FALSE, static_cast<GLsizei>(stride),
+            reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr): OpenGL's way
         glEnableVertexAttribArray(slot);
     }
 

@@ -14,4 +14,8 @@ struct Fatal {
     std::string message;
 };
 
+/// Each adds its subcommand, with its options and the callback that runs it.
+void add_compare(CLI::App& app);
+void add_view(CLI::App& app);
+
 }  // namespace mvw::cli

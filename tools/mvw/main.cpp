@@ -7,6 +7,8 @@ int main(int argc, char** argv) {
     using namespace mvw::cli;
     CLI::App app{"Encodes triangle meshes into .mvw files, streams them, and decodes them progressively."};
     app.require_subcommand(1);
+    add_compare(app);
+    add_view(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -1,0 +1,37 @@
+// Runs the program itself, as a user would.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace mvw {
+
+struct ProgramRun {
+    int exit_code = -1;       // -1 where a signal ended it
+    std::string out, errors;  // standard output and standard error, whole
+};
+
+/// Runs build/mvw with these arguments and no standard input, and waits for it.
+ProgramRun run_mvw(const std::vector<std::string>& arguments);
+
+/// A folder that is the test's own, removed with all in it at the end.
+class ScratchFolder {
+ public:
+    ScratchFolder();
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    /// Path of a file in it.
+    [[nodiscard]] std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+    std::string path_;
+};
+
+/// The whole file; empty where it cannot be read.
+std::string read_text(const std::string& path);
+void write_text(const std::string& path, const std::string& text);
+
+/// The file of a real model, or "" where MVW_MODELS is unset: then the test skips itself.
+std::string model_path(const std::string& name);
+
+}  // namespace mvw
