@@ -1,0 +1,175 @@
+#include "codec/remesh/remesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <thread>
+#include <utility>
+
+#include "codec/mesh/clean.h"
+#include "codec/remesh/prepare.h"
+#include "codec/remesh/resample.h"
+#include "codec/remesh/self_parameterization.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr double kOversampling = 2;     // faces of the finest level for each face of the input
+constexpr double kMinBaseFaces = 400;   // a default base has between this and four times as many faces
+constexpr unsigned kMaxLevels = 8;
+constexpr std::uint32_t kMinComponentFaces = 48;  // a smaller component costs less as it is
+constexpr double kMinReduction = 8;               // input faces for each base face below which wavelets are pointless
+
+/// Faces of a default base for `faces` input faces: some levels above it, the grid is as fine as the input asks for.
+std::size_t default_base_faces(std::size_t faces) {
+    double base = kOversampling * static_cast<double>(faces);
+    while (base >= 4 * kMinBaseFaces) base /= 4;
+    if (base > static_cast<double>(faces) / 16) base = static_cast<double>(faces) / 16;
+    return static_cast<std::size_t>(base);
+}
+
+unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
+    const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
+    return static_cast<unsigned>(std::clamp(std::lround(std::log2(ratio) / 2), 0l, long{kMaxLevels}));
+}
+
+double area_of(const Mesh& mesh, const Face& f) {
+    const Vec3& a = mesh.positions[f[0]];
+    return length(cross(mesh.positions[f[1]] - a, mesh.positions[f[2]] - a)) * 0.5;
+}
+
+/// The faces of some components as a mesh of their own, vertices renumbered in order of first use.
+template <typename Wanted>
+Mesh extract_faces(const Mesh& mesh, Wanted wanted) {
+    Mesh out;
+    std::vector<std::uint32_t> number(mesh.positions.size(), kNone);
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+        if (!wanted(f)) continue;
+        Face face = mesh.faces[f];
+        for (std::uint32_t& v : face) {
+            if (number[v] == kNone) {
+                number[v] = static_cast<std::uint32_t>(out.positions.size());
+                out.positions.push_back(mesh.positions[v]);
+                if (!mesh.colors.empty()) out.colors.push_back(mesh.colors[v]);
+            }
+            v = number[v];
+        }
+        out.faces.push_back(face);
+        if (!mesh.materials.empty()) out.materials.push_back(mesh.materials[f]);
+    }
+    return out;
+}
+
+/// A mesh as a part of 0 levels.
+SemiRegularMesh as_it_is(Mesh mesh) {
+    SemiRegularMesh part;
+    part.base = BaseMesh::create(static_cast<std::uint32_t>(mesh.positions.size()), std::move(mesh.faces)).value();
+    part.positions = std::move(mesh.positions);
+    part.colors = std::move(mesh.colors);
+    part.materials = std::move(mesh.materials);
+    return part;
+}
+
+std::vector<Rgba8> colors_of(const Mesh& mesh, const std::vector<SurfacePoint>& points) {
+    std::vector<Rgba8> colors;
+    if (mesh.colors.empty()) return colors;
+    colors.reserve(points.size());
+    for (const SurfacePoint& p : points) {
+        const Face& f = mesh.faces[p.face];
+        std::array<double, 4> sum{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Rgba8& c = mesh.colors[f[k]];
+            sum[0] += p.weight[k] * c.r, sum[1] += p.weight[k] * c.g;
+            sum[2] += p.weight[k] * c.b, sum[3] += p.weight[k] * c.a;
+        }
+        const auto byte = [](double x) { return static_cast<std::uint8_t>(std::clamp(x + 0.5, 0.0, 255.0)); };
+        colors.push_back({byte(sum[0]), byte(sum[1]), byte(sum[2]), byte(sum[3])});
+    }
+    return colors;
+}
+
+/// Live faces of the decimated mesh that are `wanted`, as a base with vertices in order of first use.
+template <typename Wanted>
+BaseMesh extract_base(const CollapseMesh& mesh, Wanted wanted, std::vector<std::uint32_t>& face_ids) {
+    std::vector<std::uint32_t> number(mesh.positions.size(), kNone);
+    std::vector<Face> faces;
+    std::uint32_t vertices = 0;
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+        if (mesh.faces[f][0] == kNone || !wanted(f)) continue;
+        Face face = mesh.faces[f];
+        for (std::uint32_t& v : face) {
+            if (number[v] == kNone) number[v] = vertices++;
+            v = number[v];
+        }
+        faces.push_back(face);
+        face_ids.push_back(f);
+    }
+    return BaseMesh::create(vertices, std::move(faces)).value();
+}
+
+/// Level of each component (0: coded as it is), from what the decimation left of it.
+std::vector<unsigned> choose_levels(const CollapseMesh& base, const std::vector<Component>& parts,
+                                    const std::vector<std::uint32_t>& component_of_face, int wish) {
+    std::vector<std::size_t> base_faces(parts.size(), 0);
+    for (std::uint32_t f = 0; f < base.faces.size(); ++f)
+        if (base.faces[f][0] != kNone) ++base_faces[component_of_face[f]];
+    std::vector<unsigned> levels(parts.size(), 0);
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+        const std::size_t faces = parts[c].faces;
+        if (faces < kMinComponentFaces || static_cast<double>(faces) < kMinReduction * static_cast<double>(base_faces[c]))
+            continue;
+        levels[c] = wish >= 0 ? static_cast<unsigned>(wish) : default_level(faces, base_faces[c]);
+    }
+    return levels;
+}
+
+}  // namespace
+
+RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
+    const Mesh mesh = split_ears(input);
+    const unsigned threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+    const auto report = [&](const char* phase, double done) {
+        if (options.progress) options.progress(phase, done);
+    };
+    std::vector<std::uint32_t> component_of_face;
+    const std::vector<Component> parts = components(mesh, component_of_face);
+
+    DecimateOptions decimate;
+    decimate.target_faces = options.base_faces ? options.base_faces : default_base_faces(mesh.faces.size());
+    decimate.progress = [&](double done) { report("decimate", done); };
+    const SelfParameterization parameterization(mesh, {}, decimate);
+    const std::vector<unsigned> levels =
+        choose_levels(parameterization.base(), parts, component_of_face, options.levels);
+
+    RemeshResult result;
+    std::map<unsigned, bool, std::greater<>> used;
+    for (const unsigned level : levels) used[level] = true;
+    for (const auto& [level, unused] : used) {
+        const auto wanted = [&](std::uint32_t f) { return levels[component_of_face[f]] == level; };
+        if (level == 0) {
+            result.parts.push_back(as_it_is(extract_faces(mesh, wanted)));
+            break;
+        }
+        report("sample", 0);
+        SemiRegularMesh part;
+        std::vector<std::uint32_t> face_ids;
+        part.base = extract_base(parameterization.base(), wanted, face_ids);
+        part.levels = level;
+        std::vector<SurfacePoint> points = grid_points(part.base, level, face_ids);
+        parameterization.to_input(points, threads);
+        part.positions = positions_of(mesh, points);
+        part.colors = colors_of(mesh, points);
+        result.parts.push_back(std::move(part));
+        report("sample", 1);
+    }
+    double area = 0, alone = 0;
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+        area += area_of(mesh, mesh.faces[f]);
+        if (levels[component_of_face[f]] == 0) alone += area_of(mesh, mesh.faces[f]);
+    }
+    result.alone_area_share = area > 0 ? alone / area : 0;
+    return result;
+}
+
+}  // namespace mvw

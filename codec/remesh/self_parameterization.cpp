@@ -1,0 +1,278 @@
+#include "codec/remesh/self_parameterization.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <thread>
+
+
+namespace mvw {
+
+/// An edge that may be collapsed, and what that would cost.
+struct SelfParameterization::Candidate {
+    double cost = 0;
+    std::uint32_t h = 0;
+    std::uint32_t from_version = 0, to_version = 0;
+    std::uint32_t from = 0, to = 0;
+    friend bool operator<(const Candidate& a, const Candidate& b) {  // std::priority_queue: the cheapest on top
+        return a.cost != b.cost ? a.cost > b.cost : a.h > b.h;
+    }
+};
+
+/// How strict one sweep over the edges is. Later sweeps take what the earlier ones refused.
+struct SelfParameterization::Pass {
+    std::size_t max_ring;
+    double min_quality;  // of a triangle after the collapse: 1 equilateral, 0 degenerate
+    double min_cosine;   // between a face's normals before and after
+    double max_stretch;
+};
+
+namespace {
+
+/// 4 sqrt(3) area / sum of squared edges: 1 for equilateral, 0 for degenerate triangles.
+double triangle_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double sum = squared_length(b - a) + squared_length(c - b) + squared_length(a - c);
+    return sum > 0 ? 2 * std::sqrt(3.0) * length(cross(b - a, c - a)) / sum : 0;
+}
+
+/// The mode of collapsing an edge between these kinds, and whether the second end is the one to keep.
+bool choose_mode(VertexKind a, VertexKind b, bool line, CollapseMode& mode, bool& keep_second) {
+    keep_second = b > a;
+    const VertexKind low = std::min(a, b), high = std::max(a, b);
+    if (high == VertexKind::Free) return mode = CollapseMode::Free, true;
+    if (low == VertexKind::Free) return mode = CollapseMode::KeepEnd, true;
+    if (!line || low == VertexKind::Corner) return false;
+    mode = high == VertexKind::Corner ? CollapseMode::SlideEnd : CollapseMode::Slide;
+    return true;
+}
+
+}  // namespace
+
+SelfParameterization::SelfParameterization(const Mesh& mesh, const std::vector<std::uint8_t>& sharp,
+                                           const DecimateOptions& options)
+    : mesh_(mesh, sharp), version_(mesh.positions.size(), 0), shape_weight_(options.shape_weight) {
+    init_quadrics();
+    static constexpr Pass kPasses[] = {{12, 0.2, 0.3, 4}, {16, 0.08, 0.1, 8}, {400, 0.01, -0.2, 30}};
+    for (const Pass& pass : kPasses) {
+        std::size_t before = 0;
+        do {
+            before = mesh_.live_faces();
+            if (before > options.target_faces) run_pass(pass, options);
+        } while (mesh_.live_faces() * 100 < before * 98);
+    }
+}
+
+void SelfParameterization::init_quadrics() {
+    quadrics_.assign(mesh_.positions.size(), {});
+    for (std::uint32_t f = 0; f < mesh_.faces.size(); ++f) {
+        const Face& t = mesh_.faces[f];
+        const Vec3 &a = mesh_.positions[t[0]], &b = mesh_.positions[t[1]], &c = mesh_.positions[t[2]];
+        const Vec3 area = cross(b - a, c - a) * 0.5;
+        const Vec3 n = normalized(area);
+        for (const std::uint32_t v : t) quadrics_[v].add_plane(n, a, length(area) / 3);
+        for (std::uint32_t s = 0; s < 3; ++s) {
+            const std::uint32_t h = 3 * f + s;
+            if (!mesh_.is_line(h)) continue;
+            // A wall through the line, perpendicular to the face, holds boundaries and features in place.
+            const Vec3 p = mesh_.positions[mesh_.from(h)], e = mesh_.positions[mesh_.to(h)] - p;
+            const Vec3 wall = normalized(cross(e, n));
+            for (const std::uint32_t v : {mesh_.from(h), mesh_.to(h)})
+                quadrics_[v].add_plane(wall, p, squared_length(e) * 0.5);
+        }
+    }
+}
+
+bool SelfParameterization::evaluate(std::uint32_t h, Candidate& out) const {
+    CollapseMode mode{};
+    bool keep_second = false;
+    const std::uint32_t i = mesh_.from(h), j = mesh_.to(h);
+    if (!choose_mode(mesh_.kinds[i], mesh_.kinds[j], mesh_.is_line(h), mode, keep_second)) return false;
+    Quadric q = quadrics_[i];
+    q += quadrics_[j];
+    const double squared = squared_length(mesh_.positions[j] - mesh_.positions[i]);
+    const bool stays = mode == CollapseMode::KeepEnd || mode == CollapseMode::SlideEnd;
+    double error = 0;
+    if (stays) {
+        error = q(mesh_.positions[keep_second ? j : i]);
+    } else {
+        const Vec3 middle = (mesh_.positions[i] + mesh_.positions[j]) * 0.5;
+        Quadric soft = q;
+        soft.add_point(middle, 1e-3 * q.trace());
+        error = q(soft.minimum(middle));
+    }
+    out = {std::max(error, 0.0) + shape_weight_ * q.trace() * squared, h, version_[i], version_[j], i, j};
+    return true;
+}
+
+void SelfParameterization::run_pass(const Pass& pass, const DecimateOptions& options) {
+    std::vector<Candidate> edges;
+    Candidate c;
+    for (std::uint32_t h = 0; h < mesh_.faces.size() * 3; ++h) {
+        if (mesh_.faces[h / 3][0] == kNone || (mesh_.twin(h) != kNone && mesh_.twin(h) < h)) continue;
+        if (evaluate(h, c)) edges.push_back(c);
+    }
+    std::priority_queue<Candidate> queue({}, std::move(edges));
+    const double all = static_cast<double>(mesh_.faces.size() - options.target_faces);
+    std::size_t reported = mesh_.live_faces();
+    while (!queue.empty() && mesh_.live_faces() > options.target_faces) {
+        c = queue.top();
+        queue.pop();
+        if (mesh_.faces[c.h / 3][0] == kNone || mesh_.from(c.h) != c.from || mesh_.to(c.h) != c.to) continue;
+        if (version_[c.from] != c.from_version || version_[c.to] != c.to_version) continue;
+        if (!try_collapse(c, pass)) continue;
+        const std::uint32_t v = ring_.keep;
+        const auto push = [&](std::uint32_t h) {
+            if (evaluate(h, c)) queue.push(c);
+        };
+        std::uint32_t h = mesh_.out(v);
+        do {
+            push(h);
+            const std::uint32_t in = CollapseMesh::prev(h);
+            h = mesh_.twin(in);
+            if (h == kNone) push(in);
+        } while (h != kNone && h != mesh_.out(v));
+        if (options.progress && reported - mesh_.live_faces() > mesh_.faces.size() / 100) {
+            reported = mesh_.live_faces();
+            options.progress(static_cast<double>(mesh_.faces.size() - reported) / all);
+        }
+    }
+}
+
+bool SelfParameterization::try_collapse(const Candidate& c, const Pass& pass) {
+    if (!mesh_.can_collapse(c.h)) return false;
+    CollapseMode mode{};
+    bool keep_second = false;
+    choose_mode(mesh_.kinds[c.from], mesh_.kinds[c.to], mesh_.is_line(c.h), mode, keep_second);
+    mesh_.ring(c.h, keep_second ? c.to : c.from, ring_);
+    if (ring_.faces.size() > pass.max_ring) return false;
+    Quadric q = quadrics_[c.from];
+    q += quadrics_[c.to];
+    const Vec3 &kept = mesh_.positions[ring_.keep], &removed = mesh_.positions[ring_.remove];
+    std::array<Vec3, 3> tries{kept, kept, removed};
+    std::size_t count = 1;
+    if (mode == CollapseMode::Free || mode == CollapseMode::Slide) {
+        const Vec3 middle = (kept + removed) * 0.5;
+        Quadric soft = q;
+        soft.add_point(middle, 1e-3 * q.trace());
+        tries[0] = soft.minimum(middle);
+        count = 3;
+    }
+    const FlattenLimits limits{pass.max_stretch};
+    for (std::size_t k = 0; k < count; ++k) {
+        const Vec3 position = tries[k];
+        if (!keeps_shape(position, pass) || !flatten(mesh_, ring_, position, mode, limits, chart_)) continue;
+        record(mode);
+        mesh_.collapse(ring_, position);
+        quadrics_[ring_.keep] = q;
+        ++version_[ring_.keep], ++version_[ring_.remove];
+        return true;
+    }
+    return false;
+}
+
+bool SelfParameterization::keeps_shape(const Vec3& position, const Pass& pass) const {
+    const std::size_t n = ring_.vertices.size();
+    double worst_before = 1, worst_after = 1;
+    for (std::size_t m = 0; m < ring_.faces.size(); ++m) {
+        const Vec3 &a = mesh_.positions[ring_.vertices[m]], &b = mesh_.positions[ring_.vertices[(m + 1) % n]];
+        const Vec3& old = mesh_.positions[ring_.faces[m].center == 0 ? ring_.keep : ring_.remove];
+        const Vec3 n0 = cross(a - old, b - old), n1 = cross(a - position, b - position);
+        if (dot(n0, n1) < pass.min_cosine * length(n0) * length(n1)) return false;
+        worst_before = std::min(worst_before, triangle_quality(old, a, b));
+        worst_after = std::min(worst_after, triangle_quality(position, a, b));
+    }
+    return worst_after >= pass.min_quality || worst_after >= worst_before;
+}
+
+void SelfParameterization::record(CollapseMode mode) {
+    Record r{};
+    r.uv_begin = static_cast<std::uint32_t>(uv_.size());
+    r.face_begin = static_cast<std::uint32_t>(faces_.size());
+    r.ring_vertices = static_cast<std::uint16_t>(ring_.vertices.size());
+    r.ring_faces = static_cast<std::uint16_t>(ring_.faces.size());
+    r.edge_faces = static_cast<std::uint8_t>(ring_.half_edges.size());
+    r.stays = mode == CollapseMode::KeepEnd || mode == CollapseMode::SlideEnd;
+    uv_.insert(uv_.end(), chart_.begin(), chart_.end());
+    for (const RingFace& f : ring_.faces) faces_.push_back({f.face, 0, f.slot, f.center});
+    for (std::size_t k = 0; k < ring_.half_edges.size(); ++k) {
+        const std::uint32_t h = ring_.half_edges[k];
+        faces_.push_back({h / 3, static_cast<std::uint16_t>(ring_.apex[k] % ring_.vertices.size()),
+                          static_cast<std::uint8_t>(h % 3), static_cast<std::uint8_t>(mesh_.from(h) != ring_.keep)});
+    }
+    records_.push_back(r);
+}
+
+void SelfParameterization::relocate(const Record& r, std::size_t ring_face, SurfacePoint& p) const {
+    const Uv* uv = uv_.data() + r.uv_begin;
+    const RecordFace* faces = faces_.data() + r.face_begin;
+    const std::size_t n = r.ring_vertices;
+    const std::size_t slot = faces[ring_face].slot;
+    const Uv &c = uv[r.stays ? n : n + 2], &a = uv[ring_face], &b = uv[(ring_face + 1) % n];
+    const double wc = p.weight[slot], wa = p.weight[(slot + 1) % 3], wb = p.weight[(slot + 2) % 3];
+    const double u = wc * c.u + wa * a.u + wb * b.u, v = wc * c.v + wa * a.v + wb * b.v;
+
+    double best = -1e300;
+    const std::size_t count = std::size_t{r.ring_faces} + r.edge_faces;
+    for (std::size_t k = 0; k < count; ++k) {
+        // The face where the point was is the likeliest one.
+        const std::size_t t = k == 0 ? ring_face : k <= ring_face ? k - 1 : k;
+        const RecordFace& f = faces[t];
+        const bool edge_face = t >= r.ring_faces;
+        const Uv& x = uv[n + f.center];
+        const Uv& y = edge_face ? uv[n + 1 - f.center] : uv[t];
+        const Uv& z = edge_face ? uv[f.apex] : uv[(t + 1) % n];
+        const double area = doubled_area(x, y, z);
+        const double wy = ((u - x.u) * (double{z.v} - x.v) - (double{z.u} - x.u) * (v - x.v)) / area;
+        const double wz = ((double{y.u} - x.u) * (v - x.v) - (u - x.u) * (double{y.v} - x.v)) / area;
+        const double wx = 1 - wy - wz;
+        const double least = std::min({wx, wy, wz});
+        if (least <= best) continue;
+        best = least;
+        p.face = f.face;
+        p.weight[f.slot] = wx;
+        p.weight[(f.slot + 1u) % 3] = wy;
+        p.weight[(f.slot + 2u) % 3] = wz;
+        if (best >= 0) return;
+    }
+    // Outside by rounding: the nearest triangle's border.
+    double sum = 0;
+    for (double& w : p.weight) sum += w = std::max(w, 0.0);
+    for (double& w : p.weight) w /= sum;
+}
+
+void SelfParameterization::to_input_serial(std::span<SurfacePoint> points) const {
+    // Points of one face form a list: a collapse is undone for all points on its faces at once.
+    std::vector<std::uint32_t> head(mesh_.faces.size(), kNone), next(points.size());
+    const auto add = [&](std::uint32_t i) {
+        next[i] = head[points[i].face];
+        head[points[i].face] = i;
+    };
+    for (std::uint32_t i = 0; i < points.size(); ++i) add(i);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> moved;  // point, ring face
+    for (std::size_t k = records_.size(); k-- > 0;) {
+        const Record& r = records_[k];
+        moved.clear();
+        for (std::uint32_t m = 0; m < r.ring_faces; ++m) {
+            std::uint32_t& first = head[faces_[r.face_begin + m].face];
+            for (std::uint32_t i = first; i != kNone; i = next[i]) moved.emplace_back(i, m);
+            first = kNone;
+        }
+        for (const auto& [i, m] : moved) {
+            relocate(r, m, points[i]);
+            add(i);
+        }
+    }
+}
+
+void SelfParameterization::to_input(std::vector<SurfacePoint>& points, unsigned threads) const {
+    const std::size_t slice = (points.size() + threads - 1) / threads;
+    std::vector<std::jthread> workers;
+    for (unsigned t = 1; t < threads && t * slice < points.size(); ++t) {
+        const std::span<SurfacePoint> mine =
+            std::span(points).subspan(t * slice, std::min(slice, points.size() - t * slice));
+        workers.emplace_back([this, mine] { to_input_serial(mine); });
+    }
+    to_input_serial(std::span(points).first(std::min(slice, points.size())));
+}
+
+}  // namespace mvw
