@@ -71,11 +71,11 @@ SemiRegularMesh as_it_is(Mesh mesh) {
     return part;
 }
 
-std::vector<Rgba8> colors_of(const Mesh& mesh, const std::vector<SurfacePoint>& points) {
+std::vector<Rgba8> colors_of(const Mesh& mesh, const std::vector<FacePoint>& points) {
     std::vector<Rgba8> colors;
     if (mesh.colors.empty()) return colors;
     colors.reserve(points.size());
-    for (const SurfacePoint& p : points) {
+    for (const FacePoint& p : points) {
         const Face& f = mesh.faces[p.face];
         std::array<double, 4> sum{};
         for (std::size_t k = 0; k < 3; ++k) {
@@ -156,7 +156,7 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
         std::vector<std::uint32_t> face_ids;
         part.base = extract_base(parameterization.base(), wanted, face_ids);
         part.levels = level;
-        std::vector<SurfacePoint> points = grid_points(part.base, level, face_ids);
+        std::vector<FacePoint> points = grid_points(part.base, level, face_ids);
         parameterization.to_input(points, threads);
         part.positions = positions_of(mesh, points);
         part.colors = colors_of(mesh, points);

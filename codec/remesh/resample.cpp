@@ -2,9 +2,9 @@
 
 namespace mvw {
 
-std::vector<SurfacePoint> grid_points(const BaseMesh& base, unsigned level, const std::vector<std::uint32_t>& face_ids) {
+std::vector<FacePoint> grid_points(const BaseMesh& base, unsigned level, const std::vector<std::uint32_t>& face_ids) {
     const std::uint32_t n = 1u << level;
-    std::vector<SurfacePoint> points(vertices_at_level(base, level));
+    std::vector<FacePoint> points(vertices_at_level(base, level));
     std::vector<std::uint32_t> patch;
     for (std::uint32_t f = 0; f < base.face_count(); ++f) {
         patch_vertices(base, f, level, patch);
@@ -19,10 +19,10 @@ std::vector<SurfacePoint> grid_points(const BaseMesh& base, unsigned level, cons
     return points;
 }
 
-std::vector<Vec3> positions_of(const Mesh& mesh, const std::vector<SurfacePoint>& points) {
+std::vector<Vec3> positions_of(const Mesh& mesh, const std::vector<FacePoint>& points) {
     std::vector<Vec3> positions;
     positions.reserve(points.size());
-    for (const SurfacePoint& p : points) {
+    for (const FacePoint& p : points) {
         const Face& f = mesh.faces[p.face];
         positions.push_back(mesh.positions[f[0]] * p.weight[0] + mesh.positions[f[1]] * p.weight[1] +
                             mesh.positions[f[2]] * p.weight[2]);

@@ -8,10 +8,10 @@
 namespace mvw {
 
 /// The dyadic points of all base faces at `level`, in hierarchical order. face_ids: for each base face the number that
-/// SurfacePoint::face shall have (its corner order must agree with the base's).
-std::vector<SurfacePoint> grid_points(const BaseMesh& base, unsigned level, const std::vector<std::uint32_t>& face_ids);
+/// FacePoint::face shall have (its corner order must agree with the base's).
+std::vector<FacePoint> grid_points(const BaseMesh& base, unsigned level, const std::vector<std::uint32_t>& face_ids);
 
 /// Their places in space.
-std::vector<Vec3> positions_of(const Mesh& mesh, const std::vector<SurfacePoint>& points);
+std::vector<Vec3> positions_of(const Mesh& mesh, const std::vector<FacePoint>& points);
 
 }  // namespace mvw

@@ -202,7 +202,7 @@ void SelfParameterization::record(CollapseMode mode) {
     records_.push_back(r);
 }
 
-void SelfParameterization::relocate(const Record& r, std::size_t ring_face, SurfacePoint& p) const {
+void SelfParameterization::relocate(const Record& r, std::size_t ring_face, FacePoint& p) const {
     const Uv* uv = uv_.data() + r.uv_begin;
     const RecordFace* faces = faces_.data() + r.face_begin;
     const std::size_t n = r.ring_vertices;
@@ -240,7 +240,7 @@ void SelfParameterization::relocate(const Record& r, std::size_t ring_face, Surf
     for (double& w : p.weight) w /= sum;
 }
 
-void SelfParameterization::to_input_serial(std::span<SurfacePoint> points) const {
+void SelfParameterization::to_input_serial(std::span<FacePoint> points) const {
     // Points of one face form a list: a collapse is undone for all points on its faces at once.
     std::vector<std::uint32_t> head(mesh_.faces.size(), kNone), next(points.size());
     const auto add = [&](std::uint32_t i) {
@@ -264,11 +264,11 @@ void SelfParameterization::to_input_serial(std::span<SurfacePoint> points) const
     }
 }
 
-void SelfParameterization::to_input(std::vector<SurfacePoint>& points, unsigned threads) const {
+void SelfParameterization::to_input(std::vector<FacePoint>& points, unsigned threads) const {
     const std::size_t slice = (points.size() + threads - 1) / threads;
     std::vector<std::jthread> workers;
     for (unsigned t = 1; t < threads && t * slice < points.size(); ++t) {
-        const std::span<SurfacePoint> mine =
+        const std::span<FacePoint> mine =
             std::span(points).subspan(t * slice, std::min(slice, points.size() - t * slice));
         workers.emplace_back([this, mine] { to_input_serial(mine); });
     }

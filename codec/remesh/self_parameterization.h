@@ -17,7 +17,7 @@
 namespace mvw {
 
 /// A point on a triangle mesh: a face and barycentric weights over its corners, which sum to 1.
-struct SurfacePoint {
+struct FacePoint {
     std::uint32_t face = 0;
     std::array<double, 3> weight{1, 0, 0};
 };
@@ -40,7 +40,7 @@ public:
     [[nodiscard]] const CollapseMesh& base() const { return mesh_; }
 
     /// Maps points of the base (face: a live face of base()) onto the input, in place. Any thread count gives the same.
-    void to_input(std::vector<SurfacePoint>& points, unsigned threads) const;
+    void to_input(std::vector<FacePoint>& points, unsigned threads) const;
 
 private:
     struct Candidate;
@@ -66,8 +66,8 @@ private:
     [[nodiscard]] bool try_collapse(const Candidate& c, const Pass& pass);
     [[nodiscard]] bool keeps_shape(const Vec3& position, const Pass& pass) const;
     void record(CollapseMode mode);
-    void to_input_serial(std::span<SurfacePoint> points) const;
-    void relocate(const Record& r, std::size_t ring_face, SurfacePoint& p) const;
+    void to_input_serial(std::span<FacePoint> points) const;
+    void relocate(const Record& r, std::size_t ring_face, FacePoint& p) const;
 
     CollapseMesh mesh_;
     std::vector<Quadric> quadrics_;

@@ -1,0 +1,24 @@
+// Least-squares fit of a remesh to the input surface: sampled vertices lie on the surface, so that all flat triangles
+// between them lie to one side of it; moving the vertices a little off the surface halves the error.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "codec/mesh/mesh.h"
+
+namespace mvw {
+
+struct FitOptions {
+    unsigned rounds = 4;         // of finding closest points and solving
+    double samples = 3;          // points on the input for each vertex that is fitted
+    double tangential = 0.05;    // weight of the distance along the surface against that from it
+    double damping = 0.02;       // pull of a vertex to where it was, against a sample's weight
+    unsigned threads = 1;
+};
+
+/// Moves `positions` (V) so that the surface `triangles` comes closer to `input`; vertices flagged `fixed` (V) stay. A
+/// move that turns a triangle over is taken back. Deterministic whatever the thread count.
+void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
+         const FitOptions& options, std::vector<Vec3>& positions);
+
+}  // namespace mvw
