@@ -15,8 +15,8 @@ enum class VertexKind : std::uint8_t { Free, Line, Corner };
 /// successive vertices of the ring.
 struct RingFace {
     std::uint32_t face = 0;
-    std::uint8_t slot = 0;      // corner of `face` that holds the centre
-    std::uint8_t center = 0;    // 0: the kept end, 1: the removed end (before the collapse)
+    std::uint8_t slot = 0;    // corner of `face` that holds the centre
+    std::uint8_t center = 0;  // 0: the kept end, 1: the removed end (before the collapse)
 };
 
 /// The surroundings of an edge (keep, remove). Ring vertex m and m+1 belong to faces[m]; a closed ring has as many
@@ -32,11 +32,11 @@ struct EdgeRing {
 
 /// Half-edge 3f + s runs from corner s of face f to corner s+1.
 class CollapseMesh {
-public:
+ public:
     /// mesh: clean (every directed edge once, one fan a vertex). sharp: empty, or one flag a half-edge.
     CollapseMesh(const Mesh& mesh, const std::vector<std::uint8_t>& sharp);
 
-    std::vector<Face> faces;           // a removed face has kNone in its first corner
+    std::vector<Face> faces;  // a removed face has kNone in its first corner
     std::vector<Vec3> positions;
     std::vector<VertexKind> kinds;
     [[nodiscard]] std::size_t live_faces() const { return live_faces_; }
@@ -76,7 +76,7 @@ public:
     /// Collapses the ring's edge: vertex `keep` takes `position`, the edge's faces go.
     void collapse(const EdgeRing& ring, const Vec3& position);
 
-private:
+ private:
     void walk(std::uint32_t start, std::uint32_t stop, bool removed, EdgeRing& ring) const;
     void set_out(std::uint32_t v, std::uint32_t h);
     [[nodiscard]] unsigned fan_size(std::uint32_t v) const;

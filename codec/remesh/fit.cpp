@@ -52,7 +52,7 @@ std::vector<Sample> lay_samples(const Mesh& input, std::size_t count) {
 
 /// (B^T B + damping) x over the vertices that move, B being each used term's distance; conjugate gradients.
 class NormalEquations {
-public:
+ public:
     NormalEquations(const std::vector<Term>& terms, const std::vector<std::uint8_t>& fixed, const FitOptions& options)
         : terms_(terms), fixed_(fixed), options_(options) {}
 
@@ -81,7 +81,7 @@ public:
         return x;
     }
 
-private:
+ private:
     Vec3 project(const Term& t, const Vec3& d) const {
         return t.normal * (dot(t.normal, d) * (1 - options_.tangential)) + d * options_.tangential;
     }
@@ -119,7 +119,8 @@ void take_back_turned(const std::vector<Face>& triangles, const std::vector<Vec3
         bool any = false;
         for (const Face& f : triangles) {
             const Vec3 n0 = scaled_normal(before, f), n1 = scaled_normal(after, f);
-            if (dot(n0, n1) >= 0.5 * length(n0) * length(n1) && squared_length(n1) > 0.01 * squared_length(n0)) continue;
+            if (dot(n0, n1) >= 0.5 * length(n0) * length(n1) && squared_length(n1) > 0.01 * squared_length(n0))
+                continue;
             for (const std::uint32_t v : f) {
                 any |= !(after[v] == before[v]);
                 after[v] = before[v];

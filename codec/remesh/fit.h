@@ -9,10 +9,10 @@
 namespace mvw {
 
 struct FitOptions {
-    unsigned rounds = 4;         // of finding closest points and solving
-    double samples = 3;          // points on the input for each vertex that is fitted
-    double tangential = 0.05;    // weight of the distance along the surface against that from it
-    double damping = 0.02;       // pull of a vertex to where it was, against a sample's weight
+    unsigned rounds = 1;       // of finding closest points and solving
+    double samples = 6;        // points on the input for each vertex that is fitted
+    double tangential = 0.05;  // weight of the distance along the surface against that from it
+    double damping = 0.2;      // pull of a vertex to where it was, against a sample's weight
     unsigned threads = 1;
 };
 

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+
+#include "codec/measure/surface_index.h"
 
 namespace mvw {
 
@@ -12,7 +15,8 @@ namespace {
 
 constexpr std::size_t kMaxConformalRing = 40;  // larger rings go to the linear-time way at once
 constexpr int kMaxUnknowns = 2 * static_cast<int>(kMaxConformalRing + 3);
-constexpr double kMinHeight = 1e-3;  // of the longest edge: flatter triangles count as this high
+constexpr double kMaxRingWeight = 0.7;  // of a ring vertex in the new vertex's place
+constexpr double kMinHeight = 1e-3;     // of the longest edge: flatter triangles count as this high
 
 struct Vec2 {
     double u = 0, v = 0;
@@ -24,6 +28,9 @@ struct Patch {
     std::vector<Vec3> points;
     std::vector<std::array<std::uint32_t, 3>> before, after;
     std::vector<Vec2> uv;
+    /// Where the new vertex lies on the surface before: weights over three of its vertices.
+    std::array<std::uint32_t, 3> anchor{};
+    std::array<double, 3> anchor_weight{};
     std::size_t line_begin = 0, line_end = 0;  // ring positions where the line through the edge comes in and goes out
 };
 
@@ -60,6 +67,39 @@ void build_patch(const CollapseMesh& mesh, const EdgeRing& ring, const Vec3& pos
     p.uv.assign(p.n + 3, {});
 }
 
+/// Ties the new vertex to the surface point nearest to it, on the line where the collapse slides along one: its place
+/// in the chart follows from its place in space, so that corners and ridges stay under the base's vertices.
+void anchor_new_vertex(Patch& p, CollapseMode mode) {
+    const auto n = static_cast<std::uint32_t>(p.n);
+    p.anchor = {n, n, n};
+    p.anchor_weight = {1, 0, 0};
+    if (mode == CollapseMode::KeepEnd || mode == CollapseMode::SlideEnd) return;
+    double best = std::numeric_limits<double>::infinity();
+    const auto offer = [&](const std::array<std::uint32_t, 3>& t) {
+        const std::array<double, 3> w =
+            closest_on_triangle(p.points[n + 2], p.points[t[0]], p.points[t[1]], p.points[t[2]]);
+        const Vec3 at = p.points[t[0]] * w[0] + p.points[t[1]] * w[1] + p.points[t[2]] * w[2];
+        const double distance = squared_length(at - p.points[n + 2]);
+        if (distance < best) best = distance, p.anchor = t, p.anchor_weight = w;
+    };
+    if (mode == CollapseMode::Slide) {
+        const auto begin = static_cast<std::uint32_t>(p.line_begin), end = static_cast<std::uint32_t>(p.line_end);
+        offer({begin, n, n}), offer({n, n + 1, n + 1}), offer({n + 1, end, end});
+    } else {
+        for (const auto& t : p.before) offer(t);
+    }
+    // Not on the ring itself: the triangles after the collapse need some room.
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (p.anchor[k] >= n || p.anchor_weight[k] <= kMaxRingWeight) continue;
+        const double rest = 1 - p.anchor_weight[k];
+        const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
+        const double share = rest > 0 ? p.anchor_weight[a] / rest : p.anchor[a] >= n ? 1 : 0;
+        p.anchor_weight[k] = kMaxRingWeight;
+        p.anchor_weight[a] = (1 - kMaxRingWeight) * share;
+        p.anchor_weight[b] = (1 - kMaxRingWeight) * (1 - share);
+    }
+}
+
 /// Corners of a triangle in its own plane: (0,0), (x1,0), (x2,y2), slivers raised to kMinHeight.
 struct Flat {
     double x1, x2, y2;
@@ -76,7 +116,7 @@ Flat lay_flat(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 /// Least-squares conformal map (Levy et al. 2002) of all triangles before and after, some coordinates given.
 class ConformalSystem {
-public:
+ public:
     explicit ConformalSystem(std::size_t vertices) : known_(vertices * 2, 0), value_(vertices * 2, 0.0) {}
     void fix_u(std::size_t v, double u) { known_[2 * v] = 1, value_[2 * v] = u; }
     void fix_v(std::size_t v, double w) { known_[2 * v + 1] = 1, value_[2 * v + 1] = w; }
@@ -102,7 +142,7 @@ public:
         return true;
     }
 
-private:
+ private:
     using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
 
@@ -114,9 +154,22 @@ private:
             for (std::size_t j = 0; j < 3; ++j) {
                 const double re = (W[i].u * W[j].u + W[i].v * W[j].v) * scale;
                 const double im = (W[i].v * W[j].u - W[i].u * W[j].v) * scale;
-                put(2 * t[i], 2 * t[j], re), put(2 * t[i], 2 * t[j] + 1, im);
-                put(2 * t[i] + 1, 2 * t[j], -im), put(2 * t[i] + 1, 2 * t[j] + 1, re);
+                add_block(p, t[i], t[j], re, im);
             }
+        }
+    }
+    /// Spreads the pair's 2x2 block over the anchor's vertices where one of them is the new vertex.
+    void add_block(const Patch& p, std::size_t i, std::size_t j, double re, double im) {
+        const std::size_t fresh = p.n + 2;
+        if (i == fresh) {
+            for (std::size_t k = 0; k < 3; ++k)
+                if (const double w = p.anchor_weight[k]; w > 0) add_block(p, p.anchor[k], j, re * w, im * w);
+        } else if (j == fresh) {
+            for (std::size_t k = 0; k < 3; ++k)
+                if (const double w = p.anchor_weight[k]; w > 0) add_block(p, i, p.anchor[k], re * w, im * w);
+        } else {
+            put(2 * i, 2 * j, re), put(2 * i, 2 * j + 1, im);
+            put(2 * i + 1, 2 * j, -im), put(2 * i + 1, 2 * j + 1, re);
         }
     }
     void put(std::size_t i, std::size_t j, double h) {
@@ -139,12 +192,10 @@ bool flatten_conformally(Patch& p, CollapseMode mode) {
     ConformalSystem system(p.n + 3);
     const std::size_t keep = p.n, remove = p.n + 1, fresh = p.n + 2;
     const auto distance = [&](std::size_t a, std::size_t b) { return length(p.points[a] - p.points[b]); };
-    if (mode == CollapseMode::KeepEnd || mode == CollapseMode::SlideEnd) {
-        system.fix_u(fresh, 0), system.fix_v(fresh, 0);  // the new vertex is the kept one
-    }
+    system.fix_u(fresh, 0), system.fix_v(fresh, 0);  // no unknown of its own: it follows its anchor
     if (mode == CollapseMode::Slide) {
         const std::size_t begin = p.line_begin, end = p.line_end;
-        for (const std::size_t v : {begin, end, keep, remove, fresh}) system.fix_v(v, 0);
+        for (const std::size_t v : {begin, end, keep, remove}) system.fix_v(v, 0);
         system.fix_u(begin, 0);
         system.fix_u(end, distance(begin, keep) + distance(keep, remove) + distance(remove, end));
     } else if (mode == CollapseMode::SlideEnd) {
@@ -158,7 +209,11 @@ bool flatten_conformally(Patch& p, CollapseMode mode) {
         system.fix_u(far, distance(keep, far)), system.fix_v(far, 0);
     }
     if (!system.solve(p, p.uv)) return false;
-    if (mode == CollapseMode::KeepEnd || mode == CollapseMode::SlideEnd) p.uv[fresh] = p.uv[keep];
+    p.uv[fresh] = {};
+    for (std::size_t k = 0; k < 3; ++k) {
+        p.uv[fresh].u += p.anchor_weight[k] * p.uv[p.anchor[k]].u;
+        p.uv[fresh].v += p.anchor_weight[k] * p.uv[p.anchor[k]].v;
+    }
     return true;
 }
 
@@ -170,7 +225,8 @@ bool sound(const Patch& p, const EdgeRing& ring, CollapseMode mode, const Flatte
         double longest = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const Uv &a = uv[t[k]], &b = uv[t[(k + 1) % 3]];
-            longest = std::max(longest, (double{a.u} - b.u) * (double{a.u} - b.u) + (double{a.v} - b.v) * (double{a.v} - b.v));
+            longest = std::max(longest,
+                               (double{a.u} - b.u) * (double{a.u} - b.u) + (double{a.v} - b.v) * (double{a.v} - b.v));
         }
         if (!(area > 1e-5 * longest)) return false;
     }
@@ -194,8 +250,7 @@ bool sound(const Patch& p, const EdgeRing& ring, CollapseMode mode, const Flatte
 
 void round_uv(const Patch& p, std::vector<Uv>& uv) {
     uv.resize(p.uv.size());
-    for (std::size_t k = 0; k < uv.size(); ++k)
-        uv[k] = {static_cast<float>(p.uv[k].u), static_cast<float>(p.uv[k].v)};
+    for (std::size_t k = 0; k < uv.size(); ++k) uv[k] = {static_cast<float>(p.uv[k].u), static_cast<float>(p.uv[k].v)};
 }
 
 }  // namespace
@@ -210,6 +265,7 @@ bool flatten(const CollapseMesh& mesh, const EdgeRing& ring, const Vec3& positio
         if (at_remove == at_keep) return false;
         p.line_begin = at_keep, p.line_end = at_remove;
     }
+    anchor_new_vertex(p, mode);
     if (!flatten_conformally(p, mode)) return false;
     round_uv(p, uv);
     return sound(p, ring, mode, limits, uv);

@@ -59,7 +59,8 @@ Mesh split_ears(const Mesh& mesh) {
         const Face& face = mesh.faces[f];
         std::array<std::uint32_t, 3> m{kNone, kNone, kNone};
         for (std::size_t s = 0; s < 3; ++s)
-            if (const auto it = middles.find(edge_key(face[s], face[(s + 1) % 3])); it != middles.end()) m[s] = it->second;
+            if (const auto it = middles.find(edge_key(face[s], face[(s + 1) % 3])); it != middles.end())
+                m[s] = it->second;
         if (m == std::array<std::uint32_t, 3>{kNone, kNone, kNone})
             out.faces.push_back(face);
         else

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "codec/mesh/clean.h"
+#include "codec/remesh/fit.h"
 #include "codec/remesh/prepare.h"
 #include "codec/remesh/resample.h"
 #include "codec/remesh/self_parameterization.h"
@@ -15,8 +16,8 @@ namespace mvw {
 
 namespace {
 
-constexpr double kOversampling = 2;     // faces of the finest level for each face of the input
-constexpr double kMinBaseFaces = 400;   // a default base has between this and four times as many faces
+constexpr double kOversampling = 2;    // faces of the finest level for each face of the input
+constexpr double kMinBaseFaces = 400;  // a default base has between this and four times as many faces
 constexpr unsigned kMaxLevels = 8;
 constexpr std::uint32_t kMinComponentFaces = 48;  // a smaller component costs less as it is
 constexpr double kMinReduction = 8;               // input faces for each base face below which wavelets are pointless
@@ -117,11 +118,27 @@ std::vector<unsigned> choose_levels(const CollapseMesh& base, const std::vector<
     std::vector<unsigned> levels(parts.size(), 0);
     for (std::size_t c = 0; c < parts.size(); ++c) {
         const std::size_t faces = parts[c].faces;
-        if (faces < kMinComponentFaces || static_cast<double>(faces) < kMinReduction * static_cast<double>(base_faces[c]))
+        if (faces < kMinComponentFaces ||
+            static_cast<double>(faces) < kMinReduction * static_cast<double>(base_faces[c]))
             continue;
         levels[c] = wish >= 0 ? static_cast<unsigned>(wish) : default_level(faces, base_faces[c]);
     }
     return levels;
+}
+
+/// Flags of the vertices on the boundary: they lie on the input's boundary already and stay there.
+std::vector<std::uint8_t> boundary_vertices(const SemiRegularMesh& mesh) {
+    std::vector<std::uint8_t> flags(mesh.positions.size(), 0);
+    const std::uint32_t n = 1u << mesh.levels;
+    for (const BaseEdge& e : mesh.base.edges()) {
+        if (e.face[1] != kNone) continue;
+        for (std::uint32_t t = 0; t <= n; ++t) {
+            const std::uint32_t i = e.side[0] == 0 ? t : e.side[0] == 1 ? n - t : 0;
+            const std::uint32_t k = e.side[0] == 0 ? 0 : e.side[0] == 1 ? t : n - t;
+            flags[vertex_index(mesh.base, e.face[0], mesh.levels, i, k)] = 1;
+        }
+    }
+    return flags;
 }
 
 }  // namespace
@@ -160,8 +177,13 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
         parameterization.to_input(points, threads);
         part.positions = positions_of(mesh, points);
         part.colors = colors_of(mesh, points);
+        report("fit", 0);
+        FitOptions fitting;
+        fitting.threads = threads;
+        fit(extract_faces(mesh, wanted), triangles_at_level(part.base, level), boundary_vertices(part), fitting,
+            part.positions);
         result.parts.push_back(std::move(part));
-        report("sample", 1);
+        report("fit", 1);
     }
     double area = 0, alone = 0;
     for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {

@@ -5,7 +5,6 @@
 #include <queue>
 #include <thread>
 
-
 namespace mvw {
 
 /// An edge that may be collapsed, and what that would cost.

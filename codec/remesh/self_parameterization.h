@@ -31,7 +31,7 @@ struct DecimateOptions {
 
 /// The history of one decimation.
 class SelfParameterization {
-public:
+ public:
     /// mesh: clean. sharp: empty, or a flag a half-edge (3 * face + side). Decimates until target_faces or until
     /// nothing sound is left to collapse.
     SelfParameterization(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, const DecimateOptions& options);
@@ -42,7 +42,7 @@ public:
     /// Maps points of the base (face: a live face of base()) onto the input, in place. Any thread count gives the same.
     void to_input(std::vector<FacePoint>& points, unsigned threads) const;
 
-private:
+ private:
     struct Candidate;
     struct Pass;
     /// One collapse: slices of uv_ and faces_.
