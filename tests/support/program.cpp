@@ -46,9 +46,4 @@ void write_text(const std::string& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
 }
 
-std::string model_path(const std::string& name) {
-    const char* folder = std::getenv("MVW_MODELS");
-    return folder == nullptr ? "" : std::string(folder) + "/" + name;
-}
-
 }  // namespace mvw

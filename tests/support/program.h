@@ -31,7 +31,4 @@ class ScratchFolder {
 std::string read_text(const std::string& path);
 void write_text(const std::string& path, const std::string& text);
 
-/// The file of a real model, or "" where MVW_MODELS is unset: then the test skips itself.
-std::string model_path(const std::string& name);
-
 }  // namespace mvw

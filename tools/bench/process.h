@@ -1,0 +1,27 @@
+// Runs other programs and measures what they took.
+#pragma once
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "codec/result.h"
+
+namespace mvw::bench {
+
+struct ProcessRun {
+    int exit_code = -1;  // -1 where a signal ended it
+    std::string out;     // its standard output, whole
+    std::string errors;  // its standard error, whole
+    double seconds = 0;  // wall clock
+    double peak_mb = 0;  // largest resident size, 2^20 bytes
+};
+
+/// Runs arguments[0] (looked up in PATH where it has no slash) without standard input, and waits for its end. Io where
+/// it cannot be started.
+Result<ProcessRun> run_process(const std::vector<std::string>& arguments);
+
+/// Path of the program that is running: how the bench starts `mvw` itself.
+std::string own_program();
+
+}  // namespace mvw::bench
