@@ -22,7 +22,7 @@ Error of_file(const std::string& path, Error error) {
     return error;
 }
 
-Result<Polygons> read_polygons(ByteSpan bytes, MeshFormat format) {
+Result<Polygons> read_polygons(ByteSpan bytes, MeshFormat format, const std::string* folder) {
     switch (format) {
         case MeshFormat::Ply:
             return read_ply(bytes);
@@ -34,9 +34,16 @@ Result<Polygons> read_polygons(ByteSpan bytes, MeshFormat format) {
             return read_off(bytes);
         case MeshFormat::Gltf:
         case MeshFormat::Glb:
-            break;
+            return read_gltf(bytes, format == MeshFormat::Glb, folder);
     }
     return Error{Errc::InvalidArgument, 0, "is of no known format"};
+}
+
+Result<Mesh> read_bytes(ByteSpan bytes, MeshFormat format, const std::string* folder, CleanReport& report) {
+    if (bytes.empty()) return Error{Errc::Malformed, 0, "is empty"};
+    Result<Polygons> polygons = read_polygons(bytes, format, folder);
+    if (!polygons) return polygons.error();
+    return to_mesh(std::move(polygons).value(), report);
 }
 
 bool fits_float(const Mesh& mesh) {
@@ -47,6 +54,12 @@ bool fits_float(const Mesh& mesh) {
 }
 
 }  // namespace
+
+bool needs_double(const Mesh& mesh) {
+    const double allowed = 1e-6 * bounding_box(mesh).diagonal();
+    return std::any_of(mesh.positions.begin(), mesh.positions.end(),
+                       [&](const Vec3& p) { return !(length(p - to_double(to_float(p))) <= allowed); });
+}
 
 std::optional<MeshFormat> mesh_format_of(const std::string& path) {
     const std::size_t dot = path.find_last_of("./");
@@ -60,10 +73,7 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path) {
 }
 
 Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanReport& report) {
-    if (bytes.empty()) return Error{Errc::Malformed, 0, "is empty"};
-    Result<Polygons> polygons = read_polygons(bytes, format);
-    if (!polygons) return polygons.error();
-    return to_mesh(std::move(polygons).value(), report);
+    return read_bytes(bytes, format, nullptr, report);
 }
 
 Result<Mesh> read_mesh(const std::string& path, CleanReport& report) {
@@ -71,7 +81,8 @@ Result<Mesh> read_mesh(const std::string& path, CleanReport& report) {
     if (!format) return unknown_format(path);
     const Result<Bytes> bytes = read_file(path);
     if (!bytes) return bytes.error();
-    Result<Mesh> mesh = read_mesh_from_memory(*bytes, *format, report);
+    const std::string folder = path.find('/') == std::string::npos ? "./" : path.substr(0, path.rfind('/') + 1);
+    Result<Mesh> mesh = read_bytes(*bytes, *format, &folder, report);
     if (!mesh) return of_file(path, mesh.error());
     return mesh;
 }
@@ -88,8 +99,9 @@ Result<Bytes> write_mesh_to_memory(const Mesh& mesh, MeshFormat format) {
             return write_stl(mesh);
         case MeshFormat::Off:
             return write_off(mesh);
-        case MeshFormat::Gltf:
         case MeshFormat::Glb:
+            return write_glb(mesh);
+        case MeshFormat::Gltf:
             break;
     }
     return Error{Errc::Unsupported, 0, "cannot be written as .gltf: use .glb"};

@@ -27,9 +27,10 @@ Result<Mesh> read_mesh(const std::string& path, CleanReport& report);
 /// a mesh or an error; memory stays in proportion to their number.
 Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanReport& report);
 
-/// Writes beside the final name, then renames. Colours are kept but in STL, materials in OBJ alone. Positions are
-/// float32 in STL and GLB, in PLY too unless that moves a vertex by over 1e-6 of the diagonal; decimal text that reads
-/// back as the same double in OBJ and OFF. A .gltf is not written: ask for .glb.
+/// Writes beside the final name, then renames. Positions are
+/// float32 in STL. So in PLY and GLB, unless that moves a vertex by over 1e-6 of the diagonal: then PLY has doubles and
+/// GLB counts from the box's centre. OBJ and OFF hold decimals that read back as the same doubles. Colours are kept but
+/// in STL (in OBJ without alpha), materials in OBJ and GLB. A .gltf is not written: ask for .glb.
 Result<void> write_mesh(const std::string& path, const Mesh& mesh);
 
 /// The bytes that write_mesh() puts into a file of that format.

@@ -261,15 +261,6 @@ Result<void> read_element(Values& values, const Element& element, Polygons& out)
     return {};
 }
 
-/// True where float32 would move a vertex by over 1e-6 of the diagonal.
-bool needs_double(const Mesh& mesh) {
-    const double allowed = 1e-6 * bounding_box(mesh).diagonal();
-    return std::any_of(mesh.positions.begin(), mesh.positions.end(), [&](const Vec3& p) {
-        const double moved = length(p - to_double(to_float(p)));
-        return !(moved <= allowed);
-    });
-}
-
 }  // namespace
 
 Result<Polygons> read_ply(ByteSpan bytes) {

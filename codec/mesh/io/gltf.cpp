@@ -1,0 +1,428 @@
+// glTF 2.0, .gltf and .glb, through tinygltf: all triangles of the scene with their nodes' transforms applied.
+//
+// tinygltf reads the JSON and the buffers; it checks neither accessors against buffers nor the scene for cycles, and it
+// recurses into free-form values, so all of that is checked here. Textures are not decoded, skins and morph targets
+// left in rest position.
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "codec/mesh/io/files.h"
+#include "codec/mesh/io/formats.h"
+#include "codec/mesh/io/text.h"
+
+namespace mvw {
+namespace {
+
+/// Deeper JSON is refused: tinygltf follows it by recursion.
+constexpr int kMaxJsonDepth = 100;
+/// Vertices and corners of all instances together may be so many times the bytes of the file, and this many more:
+/// a short file can place one mesh any number of times.
+constexpr std::uint64_t kMaxInstancing = 1000, kFreeInstances = 1'000'000;
+
+Error malformed(std::string reason) {
+    return {Errc::Malformed, 0, std::move(reason)};
+}
+
+/// Rows of an affine map: linear part and translation.
+struct Affine {
+    std::array<Vec3, 3> row{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+    Vec3 shift;
+
+    [[nodiscard]] Vec3 linear(const Vec3& p) const { return {dot(row[0], p), dot(row[1], p), dot(row[2], p)}; }
+    [[nodiscard]] Vec3 operator()(const Vec3& p) const { return linear(p) + shift; }
+    [[nodiscard]] double determinant() const { return dot(row[0], cross(row[1], row[2])); }
+    /// First `inner`, then this.
+    [[nodiscard]] Affine after(const Affine& inner) const {
+        Affine out;
+        for (std::size_t r = 0; r < 3; ++r)
+            out.row[r] = inner.row[0] * row[r].x + inner.row[1] * row[r].y + inner.row[2] * row[r].z;
+        out.shift = (*this)(inner.shift);
+        return out;
+    }
+};
+
+Affine transform_of(const tinygltf::Node& node) {
+    Affine out;
+    if (node.matrix.size() == 16) {  // by columns
+        const auto& m = node.matrix;
+        for (std::size_t r = 0; r < 3; ++r) out.row[r] = {m[r], m[4 + r], m[8 + r]};
+        out.shift = {m[12], m[13], m[14]};
+        return out;
+    }
+    if (node.rotation.size() == 4) {
+        const double x = node.rotation[0], y = node.rotation[1], z = node.rotation[2], w = node.rotation[3];
+        out.row = {Vec3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+                   Vec3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+                   Vec3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+    }
+    if (node.scale.size() == 3)
+        for (Vec3& row : out.row) row = {row.x * node.scale[0], row.y * node.scale[1], row.z * node.scale[2]};
+    if (node.translation.size() == 3) out.shift = {node.translation[0], node.translation[1], node.translation[2]};
+    return out;
+}
+
+/// glTF colours are linear, ours sRGB (IEC 61966-2-1).
+double to_srgb(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+std::uint8_t to_byte(double fraction) {
+    return static_cast<std::uint8_t>(std::lround(255 * std::min(std::max(fraction, 0.0), 1.0)));
+}
+
+/// An accessor's numbers, checked to lie inside of its buffer.
+struct Values {
+    const unsigned char* data = nullptr;
+    std::size_t count = 0, stride = 0, components = 0;
+    int type = 0;
+    bool normalized = false;
+
+    [[nodiscard]] double at(std::size_t row, std::size_t component) const {
+        const unsigned char* from = data + row * stride;
+        switch (type) {
+            case TINYGLTF_COMPONENT_TYPE_BYTE:
+                return normalized ? std::max(load<std::int8_t>(from, component) / 127.0, -1.0)
+                                  : load<std::int8_t>(from, component);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+                return load<std::uint8_t>(from, component) / (normalized ? 255.0 : 1.0);
+            case TINYGLTF_COMPONENT_TYPE_SHORT:
+                return normalized ? std::max(load<std::int16_t>(from, component) / 32767.0, -1.0)
+                                  : load<std::int16_t>(from, component);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+                return load<std::uint16_t>(from, component) / (normalized ? 65535.0 : 1.0);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+                return load<std::uint32_t>(from, component);
+            default:
+                return load<float>(from, component);
+        }
+    }
+
+ private:
+    template <typename T>
+    static double load(const unsigned char* from, std::size_t component) {
+        T value;
+        std::memcpy(&value, from + component * sizeof(T), sizeof(T));
+        return static_cast<double>(value);
+    }
+};
+
+std::size_t component_bytes(int type) {
+    switch (type) {
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return 1;
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return 2;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        case TINYGLTF_COMPONENT_TYPE_FLOAT:
+            return 4;
+        default:
+            return 0;
+    }
+}
+
+std::size_t components_of(int type) {
+    switch (type) {
+        case TINYGLTF_TYPE_SCALAR:
+            return 1;
+        case TINYGLTF_TYPE_VEC3:
+            return 3;
+        case TINYGLTF_TYPE_VEC4:
+            return 4;
+        default:
+            return 0;
+    }
+}
+
+template <typename T>
+bool in_range(int index, const std::vector<T>& list) {
+    return index >= 0 && static_cast<std::size_t>(index) < list.size();
+}
+
+Result<Values> open_accessor(const tinygltf::Model& model, int index) {
+    if (!in_range(index, model.accessors)) return malformed(fmt::format("there is no accessor {}", index));
+    const tinygltf::Accessor& accessor = model.accessors[static_cast<std::size_t>(index)];
+    if (accessor.sparse.isSparse) return Error{Errc::Unsupported, 0, "uses sparse accessors, which are not known"};
+    if (!in_range(accessor.bufferView, model.bufferViews))
+        return malformed(fmt::format("accessor {} has no data", index));
+    const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+    if (!in_range(view.buffer, model.buffers))
+        return malformed(fmt::format("buffer view {} has no buffer", accessor.bufferView));
+    const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
+
+    Values values;
+    values.type = accessor.componentType;
+    values.normalized = accessor.normalized;
+    values.count = accessor.count;
+    values.components = components_of(accessor.type);
+    const std::size_t row = values.components * component_bytes(values.type);
+    values.stride = view.byteStride == 0 ? row : view.byteStride;
+    if (row == 0) return malformed(fmt::format("accessor {} is of an unexpected type", index));
+    // Each term is compared before it is used, so that no sum can overflow.
+    const bool inside = view.byteOffset <= buffer.size() && view.byteLength <= buffer.size() - view.byteOffset &&
+                        accessor.byteOffset <= view.byteLength && values.stride <= 252 &&
+                        (values.count == 0 || row <= view.byteLength - accessor.byteOffset) &&
+                        (values.count <= 1 || values.count - 1 <= (view.byteLength - accessor.byteOffset - row) /
+                                                                      std::max<std::size_t>(1, values.stride));
+    if (!inside) return malformed(fmt::format("accessor {} reaches beyond its buffer", index));
+    values.data = buffer.data() + view.byteOffset + accessor.byteOffset;
+    return values;
+}
+
+/// Gathers the scene's triangles.
+class SceneReader {
+ public:
+    SceneReader(const tinygltf::Model& model, std::uint64_t budget) : model_(model), budget_(budget) {}
+
+    Result<Polygons> read() {
+        std::vector<std::pair<int, Affine>> open;  // nodes to visit
+        for (const int root : roots()) open.emplace_back(root, Affine{});
+        if (model_.nodes.empty())
+            for (std::size_t m = 0; m < model_.meshes.size(); ++m)
+                if (const auto done = add_mesh(model_.meshes[m], Affine{}); !done) return done.error();
+        std::vector<std::uint8_t> visited(model_.nodes.size(), 0);
+        while (!open.empty()) {
+            const auto [index, outer] = open.back();
+            open.pop_back();
+            if (!in_range(index, model_.nodes)) return malformed(fmt::format("there is no node {}", index));
+            if (std::exchange(visited[static_cast<std::size_t>(index)], 1))
+                return malformed(fmt::format("node {} is in the scene twice", index));
+            const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+            const Affine here = outer.after(transform_of(node));
+            if (node.mesh >= 0) {
+                if (!in_range(node.mesh, model_.meshes))
+                    return malformed(fmt::format("there is no mesh {}", node.mesh));
+                const auto done = add_mesh(model_.meshes[static_cast<std::size_t>(node.mesh)], here);
+                if (!done) return done.error();
+            }
+            for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
+                open.emplace_back(*child, here);
+        }
+        return std::move(out_);
+    }
+
+ private:
+    /// The chosen scene's roots, last first; of a file without scenes the nodes that are nobody's child.
+    [[nodiscard]] std::vector<int> roots() const {
+        std::vector<int> roots;
+        if (!model_.scenes.empty()) {
+            const int chosen = in_range(model_.defaultScene, model_.scenes) ? model_.defaultScene : 0;
+            roots = model_.scenes[static_cast<std::size_t>(chosen)].nodes;
+        } else {
+            std::vector<std::uint8_t> is_child(model_.nodes.size(), 0);
+            for (const tinygltf::Node& node : model_.nodes)
+                for (const int child : node.children)
+                    if (in_range(child, model_.nodes)) is_child[static_cast<std::size_t>(child)] = 1;
+            for (std::size_t n = 0; n < is_child.size(); ++n)
+                if (!is_child[n]) roots.push_back(static_cast<int>(n));
+        }
+        std::reverse(roots.begin(), roots.end());
+        return roots;
+    }
+
+    bool spend(std::size_t items) {
+        if (items > budget_) return false;
+        budget_ -= items;
+        return true;
+    }
+
+    Result<void> add_mesh(const tinygltf::Mesh& mesh, const Affine& to_world) {
+        // Primitives of one mesh often share their vertices: each set is placed once.
+        std::map<std::pair<int, int>, std::uint32_t> placed;
+        for (const tinygltf::Primitive& primitive : mesh.primitives) {
+            const bool strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+            const bool fan = primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
+            if (!strip && !fan && primitive.mode != TINYGLTF_MODE_TRIANGLES) continue;  // points and lines
+            const auto position = primitive.attributes.find("POSITION"), color = primitive.attributes.find("COLOR_0");
+            if (position == primitive.attributes.end()) continue;  // nothing to draw, says the specification
+            const std::pair<int, int> key{position->second, color == primitive.attributes.end() ? -1 : color->second};
+            const auto [place, is_new] = placed.try_emplace(key, static_cast<std::uint32_t>(out_.positions.size()));
+            if (is_new)
+                if (const auto done = add_vertices(key.first, key.second, to_world); !done) return done.error();
+            if (const auto done = add_triangles(primitive, key.first, place->second, to_world.determinant() < 0); !done)
+                return done.error();
+        }
+        return {};
+    }
+
+    Result<void> add_vertices(int position, int color, const Affine& to_world) {
+        const Result<Values> points = open_accessor(model_, position);
+        if (!points) return points.error();
+        if (points->components != 3) return malformed("positions do not have three coordinates");
+        if (!spend(points->count)) return over_budget();
+        for (std::size_t v = 0; v < points->count; ++v)
+            out_.positions.push_back(to_world({points->at(v, 0), points->at(v, 1), points->at(v, 2)}));
+        if (color < 0) return {};
+        const Result<Values> colors = open_accessor(model_, color);
+        if (!colors) return colors.error();
+        if (colors->count != points->count || colors->components < 3)
+            return malformed("colours do not fit their vertices");
+        out_.colors.resize(out_.positions.size() - points->count);  // white where earlier primitives have none
+        for (std::size_t v = 0; v < colors->count; ++v) {
+            const double alpha = colors->components > 3 ? colors->at(v, 3) : 1;
+            out_.colors.push_back({to_byte(to_srgb(colors->at(v, 0))), to_byte(to_srgb(colors->at(v, 1))),
+                                   to_byte(to_srgb(colors->at(v, 2))), to_byte(alpha)});
+        }
+        return {};
+    }
+
+    Result<void> add_triangles(const tinygltf::Primitive& primitive, int position, std::uint32_t base, bool mirrored) {
+        const Result<Values> points = open_accessor(model_, position);
+        if (!points) return points.error();
+        Values indices;
+        std::size_t count = points->count;
+        if (primitive.indices >= 0) {
+            const Result<Values> opened = open_accessor(model_, primitive.indices);
+            if (!opened) return opened.error();
+            indices = *opened;
+            const bool whole = indices.type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+                               indices.type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+                               indices.type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+            if (indices.components != 1 || !whole || indices.normalized)
+                return malformed("indices are of a wrong type");
+            count = indices.count;
+        }
+        if (!spend(count)) return over_budget();
+        const auto vertex = [&](std::size_t i) {
+            const double v = primitive.indices >= 0 ? indices.at(i, 0) : static_cast<double>(i);
+            return v < static_cast<double>(points->count) ? base + static_cast<std::uint32_t>(v) : kBadIndex;
+        };
+        const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
+            if (mirrored) std::swap(b, c);
+            for (const std::size_t i : {a, b, c}) out_.corners.push_back(vertex(i));
+            out_.end_polygon();
+            out_.materials.push_back(static_cast<std::uint32_t>(primitive.material + 1));
+        };
+        if (primitive.mode == TINYGLTF_MODE_TRIANGLES)
+            for (std::size_t i = 0; i + 2 < count; i += 3) add(i, i + 1, i + 2);
+        else if (primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+            for (std::size_t i = 0; i + 2 < count; ++i) add(i, i + 1 + i % 2, i + 2 - i % 2);
+        else
+            for (std::size_t i = 1; i + 1 < count; ++i) add(i, i + 1, 0);
+        return {};
+    }
+
+    static Error over_budget() {
+        return {Errc::LimitExceeded, 0, "places its meshes so often that they are too large together"};
+    }
+
+    const tinygltf::Model& model_;
+    std::uint64_t budget_;
+    Polygons out_;
+};
+
+/// The JSON of either kind of file, as far as it is there.
+std::string_view json_of(std::string_view text, bool binary) {
+    if (!binary) return text;
+    ByteReader head(as_bytes(text.substr(0, 20)));
+    head.bytes(12);
+    return text.size() < 20 ? std::string_view{} : text.substr(20, head.u32());
+}
+
+/// tinygltf copies the binary chunk for each buffer without a URI, however many claim it: all but the first are
+/// refused.
+Result<void> check_buffers(std::string_view text) {
+    const nlohmann::json json = nlohmann::json::parse(text.begin(), text.end(), nullptr, false);
+    if (!json.is_object()) return malformed("is no valid glTF: its JSON is damaged");
+    const auto buffers = json.find("buffers");
+    if (buffers == json.end()) return malformed("has no faces");
+    if (!buffers->is_array()) return malformed("is no valid glTF: buffers are no list");
+    for (std::size_t b = 1; b < buffers->size(); ++b)
+        if (!(*buffers)[b].is_object() || !(*buffers)[b].contains("uri"))
+            return malformed(fmt::format("buffer {} has no data", b));
+    return {};
+}
+
+/// What tinygltf would follow without a bound.
+Result<void> check_json(std::string_view json) {
+    int depth = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        const char c = json[i];
+        if (in_string) {
+            if (c == '\\') ++i;
+            in_string = c != '"';
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > kMaxJsonDepth) return Error{Errc::LimitExceeded, 0, "nests its JSON too deep"};
+        } else if (c == '}' || c == ']') {
+            --depth;
+        }
+    }
+    return check_buffers(json);
+}
+
+// tinygltf asks these for outer buffers. They see the folder of the .gltf and what is below it, nothing else;
+// the folder, ending in a slash, comes through `data`, null for bytes in memory.
+bool may_open(const std::string& path, void* data) {
+    const std::string* folder = static_cast<const std::string*>(data);
+    return folder != nullptr && path.compare(0, folder->size(), *folder) == 0 &&
+           path.find("..", folder->size()) == std::string::npos;
+}
+bool file_exists(const std::string& path, void* data) {
+    return may_open(path, data);
+}
+std::string same_path(const std::string& path, void*) {
+    return path;
+}
+bool read_whole_file(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* data) {
+    if (!may_open(path, data)) return false;
+    const Result<Bytes> bytes = read_file(path);
+    if (!bytes) return *error = bytes.error().message, false;
+    const auto* begin = reinterpret_cast<const unsigned char*>(bytes->data());
+    out->assign(begin, begin + bytes->size());
+    return true;
+}
+bool write_no_file(std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+    return false;
+}
+bool skip_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
+    return true;
+}
+
+Result<void> load(ByteSpan bytes, bool binary, const std::string* folder, tinygltf::Model& model) {
+    tinygltf::TinyGLTF loader;
+    loader.SetImageLoader(skip_image, nullptr);
+    loader.SetFsCallbacks({file_exists, same_path, read_whole_file, write_no_file, const_cast<std::string*>(folder)});
+    std::string error, warning;
+    bool loaded = false;
+    const auto size = static_cast<unsigned>(bytes.size());
+    const std::string base = folder != nullptr ? *folder : "";
+    try {
+        loaded = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                                      reinterpret_cast<const unsigned char*>(bytes.data()), size, base)
+                        : loader.LoadASCIIFromString(&model, &error, &warning,
+                                                     reinterpret_cast<const char*>(bytes.data()), size, base);
+    } catch (const std::exception& failure) {
+        error = failure.what();
+    }
+    if (loaded) return {};
+    std::replace(error.begin(), error.end(), '\n', ' ');
+    return malformed("is no valid glTF: " + error.substr(0, 200));
+}
+
+}  // namespace
+
+Result<Polygons> read_gltf(ByteSpan bytes, bool binary, const std::string* folder) {
+    if (bytes.size() > 0xFFFFFFFFu) return Error{Errc::LimitExceeded, 0, "is over 4 GB, which glTF does not allow"};
+    if (const auto fine = check_json(json_of(as_text(bytes), binary)); !fine) return fine.error();
+    tinygltf::Model model;
+    if (const auto loaded = load(bytes, binary, folder, model); !loaded) return loaded.error();
+    for (const std::string& name : model.extensionsRequired)
+        if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression")
+            return Error{Errc::Unsupported, 0, "needs the extension " + name + ", which is not known"};
+    std::uint64_t size = bytes.size();
+    for (const tinygltf::Buffer& buffer : model.buffers) size += buffer.data.size();
+    return SceneReader(model, kFreeInstances + kMaxInstancing * size).read();
+}
+
+}  // namespace mvw
