@@ -1,0 +1,203 @@
+#include "server/store.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace mvw::server {
+namespace {
+
+constexpr std::string_view kEnding = ".mvw";
+constexpr int kMaxDepth = 16;  // of folders below the served one
+constexpr int kFolderFlags = O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
+constexpr int kFileFlags = O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;  // a fifo must not block the open
+
+/// An open descriptor, closed at the end.
+class Descriptor {
+ public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
+    [[nodiscard]] int get() const { return fd_; }
+    [[nodiscard]] bool ok() const { return fd_ >= 0; }
+
+ private:
+    int fd_;
+};
+
+Error io_error(std::string_view what) {
+    return {Errc::Io, 0, std::string(what) + ": " + std::strerror(errno)};
+}
+
+FileStamp stamp_of(const struct stat& s) {
+    return {s.st_dev, s.st_ino, static_cast<std::uint64_t>(s.st_size),
+            std::int64_t{s.st_mtim.tv_sec} * 1'000'000'000 + s.st_mtim.tv_nsec};
+}
+
+Result<FileStamp> stamp_of(int fd) {
+    struct stat s {};
+    if (::fstat(fd, &s) != 0) return io_error("stat");
+    if (!S_ISREG(s.st_mode)) return Error{Errc::Io, 0, "not a file"};
+    return stamp_of(s);
+}
+
+Result<void> read_all(int fd, std::uint64_t offset, std::span<std::byte> out) {
+    while (!out.empty()) {
+        const ssize_t n = ::pread(fd, out.data(), out.size(), static_cast<off_t>(offset));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return io_error("read");
+        if (n == 0) return Error{Errc::Io, offset, "the file has become shorter"};
+        out = out.subspan(static_cast<std::size_t>(n));
+        offset += static_cast<std::uint64_t>(n);
+    }
+    return {};
+}
+
+class FileModel final : public ModelSource {
+ public:
+    FileModel(Descriptor file, const FileStamp& stamp, Toc toc, Bytes header)
+        : ModelSource(std::move(toc), std::move(header), stamp.bytes), file_(std::move(file)), stamp_(stamp) {}
+
+    Result<void> read(std::uint64_t offset, std::span<std::byte> out) const override {
+        return read_all(file_.get(), offset, out);
+    }
+    bool intact() const override {
+        const Result<FileStamp> now = stamp_of(file_.get());
+        return now.ok() && *now == stamp_;
+    }
+
+ private:
+    Descriptor file_;
+    FileStamp stamp_;
+};
+
+// Opens folder/a/b/c.mvw part by part, so that a link put in the way is refused and not followed.
+Descriptor open_below(int folder, std::string_view name) {
+    Descriptor here(-1);
+    int at = folder;
+    for (std::size_t slash = name.find('/'); slash != std::string_view::npos; slash = name.find('/')) {
+        here = Descriptor(::openat(at, std::string(name.substr(0, slash)).c_str(), kFolderFlags));
+        if (!here.ok()) return here;
+        at = here.get();
+        name.remove_prefix(slash + 1);
+    }
+    return Descriptor(::openat(at, (std::string(name) + std::string(kEnding)).c_str(), kFileFlags));
+}
+
+// The header, read in growing steps because its length is known only once it parses.
+Result<Bytes> read_header_bytes(int fd, std::uint64_t file_bytes, FileHeader& header, const Limits& limits) {
+    for (std::uint64_t size = 4096;; size *= 4) {
+        Bytes bytes(std::min(size, file_bytes));
+        if (Result<void> r = read_all(fd, 0, bytes); !r) return r.error();
+        Result<FileHeader> parsed = read_header(bytes, limits);
+        if (parsed) {
+            header = std::move(parsed).value();
+            bytes.resize(header.header_bytes);
+            return bytes;
+        }
+        if (parsed.error().code != Errc::NeedMoreData) return parsed.error();
+        if (bytes.size() == file_bytes || size > 4ull * limits.max_metadata_bytes)
+            return Error{Errc::Malformed, bytes.size(), "the header does not end"};
+    }
+}
+
+Result<ModelPtr> load(Descriptor file, const FileStamp& stamp, const Limits& limits) {
+    FileHeader header;
+    Result<Bytes> header_bytes = read_header_bytes(file.get(), stamp.bytes, header, limits);
+    if (!header_bytes) return header_bytes.error();
+    if (header.index_offset > stamp.bytes || header.index_bytes > stamp.bytes - header.index_offset)
+        return Error{Errc::Malformed, 0, "the index is beyond the end of the file"};
+    Bytes index(header.index_bytes);
+    if (Result<void> r = read_all(file.get(), header.index_offset, index); !r) return r.error();
+    Result<Toc> toc = read_toc(header, index, stamp.bytes, limits);
+    if (!toc) return toc.error();
+    return ModelPtr(std::make_shared<const FileModel>(std::move(file), stamp, std::move(toc).value(),
+                                                      std::move(header_bytes).value()));
+}
+
+void list_below(Descriptor folder, const std::string& prefix, int depth, std::vector<StoreEntry>& out) {
+    DIR* dir = ::fdopendir(::dup(folder.get()));
+    if (dir == nullptr) return;
+    while (const dirent* entry = ::readdir(dir)) {
+        const std::string name = entry->d_name;
+        struct stat s {};
+        if (name[0] == '.' || ::fstatat(folder.get(), name.c_str(), &s, AT_SYMLINK_NOFOLLOW) != 0) continue;
+        if (S_ISREG(s.st_mode) && name.size() > kEnding.size() && name.ends_with(kEnding))
+            out.push_back({prefix + name.substr(0, name.size() - kEnding.size()), stamp_of(s)});
+        else if (S_ISDIR(s.st_mode) && depth < kMaxDepth)
+            if (Descriptor below(::openat(folder.get(), name.c_str(), kFolderFlags)); below.ok())
+                list_below(std::move(below), prefix + name + "/", depth + 1, out);
+    }
+    ::closedir(dir);
+}
+
+}  // namespace
+
+bool is_plain_name(std::string_view name) {
+    if (name.empty() || name.find('\0') != std::string_view::npos || name.find('\\') != std::string_view::npos)
+        return false;
+    for (std::size_t at = 0; at <= name.size();) {
+        const std::size_t end = std::min(name.find('/', at), name.size());
+        if (end == at || name[at] == '.') return false;
+        at = end + 1;
+    }
+    return true;
+}
+
+Result<std::unique_ptr<Store>> Store::open_folder(const std::string& folder, std::size_t max_open,
+                                                  const Limits& limits) {
+    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) return io_error(folder);
+    return std::unique_ptr<Store>(new Store(fd, max_open, limits));
+}
+
+Store::~Store() {
+    ::close(folder_);
+}
+
+Result<ModelPtr> Store::open(std::string_view name) {
+    if (name.ends_with(kEnding)) name.remove_suffix(kEnding.size());
+    if (!is_plain_name(name)) return Error{Errc::Io, 0, "no such model"};
+    Descriptor file = open_below(folder_, name);
+    if (!file.ok()) return Error{Errc::Io, 0, "no such model"};
+    const Result<FileStamp> stamp = stamp_of(file.get());
+    if (!stamp) return Error{Errc::Io, 0, "no such model"};
+
+    const std::lock_guard lock(mutex_);
+    const auto known = std::find_if(ready_.begin(), ready_.end(), [&](const Ready& r) { return r.name == name; });
+    if (known != ready_.end() && known->stamp == *stamp) {
+        ready_.splice(ready_.begin(), ready_, known);
+        return ready_.front().model;
+    }
+    if (known != ready_.end()) ready_.erase(known);
+    Result<ModelPtr> model = load(std::move(file), *stamp, limits_);
+    if (!model) {
+        // An unsound file is there, but not to be had: what is wrong with it is for the log, by the caller.
+        const Errc code = model.error().code == Errc::Io ? Errc::Malformed : model.error().code;
+        return Error{code, model.error().offset, "the model's file is not sound: " + model.error().message};
+    }
+    ready_.push_front({std::string(name), *stamp, *model});
+    if (ready_.size() > max_open_) ready_.pop_back();
+    return ready_.front().model;
+}
+
+std::vector<StoreEntry> Store::list() const {
+    std::vector<StoreEntry> entries;
+    if (Descriptor top(::openat(folder_, ".", kFolderFlags)); top.ok()) list_below(std::move(top), "", 0, entries);
+    std::sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+    return entries;
+}
+
+}  // namespace mvw::server
