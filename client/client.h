@@ -1,0 +1,64 @@
+// The client library's front door: a URL in, refinements out.
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/feed.h"
+#include "client/url.h"
+
+namespace mvw::client {
+
+struct StreamOptions {
+    Wants wants;
+    RetryPolicy retry;
+    Limits limits;
+    std::string token;
+    bool keep_chunks = false;  // for Stream::file()
+};
+
+/// How a stream went, up to the moment of asking.
+struct Summary {
+    protocol::EndReason reason = protocol::EndReason::Complete;
+    std::uint64_t model_payload_bytes = 0;  // of all the model's chunks, wanted or not
+    double seconds = 0;                     // from the start to the last thing that was wanted
+    std::optional<double> first_mesh_seconds;
+    unsigned resumed = 0;    // connections that took over from broken ones
+    unsigned restarted = 0;  // times that the model changed on the server and was begun anew
+};
+
+/// What an owner may listen to; each may be empty.
+struct Callbacks {
+    Feed::OnRefined refined;                    // on the decoding thread
+    std::function<void(const Opened&)> opened;  // on the network thread, like all that follow
+    std::function<void(const Broken&)> broken;
+    std::function<void()> resumed;
+    std::function<void()> restarted;
+};
+
+/// One model on its way: two threads, network and decoding. All calls from any thread but those two, except want() and
+/// cancel(), which may come from anywhere.
+class Stream {
+ public:
+    Stream(Url url, StreamOptions options, Callbacks callbacks);
+    ~Stream();  // leaves the server without a word
+    Stream(const Stream&) = delete;
+    Stream& operator=(const Stream&) = delete;
+
+    /// Wants something else from now on; chunks that are held are not sent again.
+    void want(Wants wants);
+    /// Wants nothing more: wait() returns soon.
+    void cancel();
+    /// Returns when all that is wanted is decoded, or with the reason why that will never be.
+    Result<Summary> wait();
+
+    /// After wait(): what has come.
+    [[nodiscard]] const Feed& feed() const;
+
+ private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mvw::client

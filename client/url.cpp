@@ -1,0 +1,55 @@
+#include "client/url.h"
+
+#include <optional>
+
+namespace mvw::client {
+namespace {
+
+int hex_digit(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return -1;
+}
+
+std::optional<std::string> percent_decode(std::string_view text) {
+    std::string out;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '%') {
+            out += text[i];
+            continue;
+        }
+        if (i + 2 >= text.size()) return std::nullopt;
+        const int high = hex_digit(text[i + 1]), low = hex_digit(text[i + 2]);
+        if (high < 0 || low < 0) return std::nullopt;
+        out += static_cast<char>(high * 16 + low);
+        i += 2;
+    }
+    return out;
+}
+
+}  // namespace
+
+Result<Url> parse_url(std::string_view text) {
+    constexpr std::size_t kMaxModelBytes = 1024;  // MessageLimits::max_name_bytes
+    const auto bad = [&](Errc code, const std::string& why) {
+        return Error{code, 0, "\"" + std::string(text) + "\": " + why};
+    };
+    const std::size_t colon = text.find("://");
+    if (colon == std::string_view::npos) return bad(Errc::InvalidArgument, "not a URL like mvw://host:port/model");
+    const std::string_view scheme = text.substr(0, colon);
+    if (scheme != "mvw") return bad(Errc::Unsupported, "only mvw:// URLs can be fetched by this build");
+    const std::string_view rest = text.substr(colon + 3);
+    const std::size_t slash = rest.find('/');
+    if (slash == std::string_view::npos || slash + 1 == rest.size())
+        return bad(Errc::InvalidArgument, "no model is named after the host");
+    Result<protocol::HostPort> address = protocol::parse_host_port(rest.substr(0, slash));
+    if (!address) return address.error();
+    if (address->port == 0) return bad(Errc::InvalidArgument, "port 0 cannot be connected to");
+    std::optional<std::string> model = percent_decode(rest.substr(slash + 1));
+    if (!model) return bad(Errc::InvalidArgument, "a % is not followed by two hexadecimal digits");
+    if (model->size() > kMaxModelBytes) return bad(Errc::InvalidArgument, "the model's name is too long");
+    return Url{Scheme::Tcp, std::move(address).value(), std::move(*model)};
+}
+
+}  // namespace mvw::client
