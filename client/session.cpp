@@ -65,6 +65,7 @@ Actions Session::on_connected(Clock::time_point now) {
     now_ = now;
     if (state_ != State::Connecting) return {};
     state_ = State::Greeting;
+    stood_once_ = true;
     heard_ = pinged_ = now;
     input_.clear();
     Hello hello;
@@ -256,7 +257,7 @@ void Session::broken(Error why, bool connected) {
         was_broken_ = true;
         return;
     }
-    if (++attempts_ >= retry_.attempts) {
+    if (++attempts_ >= (stood_once_ ? retry_.attempts : retry_.first_attempts)) {
         state_ = State::Ended;
         why.message += ", given up after " + std::to_string(attempts_) + " attempts";
         actions_.emplace_back(Failed{std::move(why)});

@@ -27,7 +27,8 @@ struct Wants {
 
 /// When to try again and when to give up.
 struct RetryPolicy {
-    unsigned attempts = 8;  // in a row without a new chunk; then the session fails
+    unsigned attempts = 8;        // in a row without a new chunk; then the session fails
+    unsigned first_attempts = 4;  // the same before any connection has stood
     std::chrono::milliseconds first_delay{100}, longest_delay{5'000};  // doubled each time, less up to a quarter
     std::chrono::milliseconds connect_time{10'000};
     std::chrono::milliseconds silence_time{30'000};  // while something is due: the connection counts as broken
@@ -136,6 +137,7 @@ class Session {
     State state_ = State::New;
     bool wanting_ = true;      // a request is unanswered
     bool was_broken_ = false;  // Resumed is due
+    bool stood_once_ = false;  // a connection has
     bool restarting_ = false;  // chunks until MODEL are of the model that is gone
     std::uint32_t request_id_ = 0;
     unsigned attempts_ = 0, restarts_ = 0;

@@ -211,7 +211,7 @@ TEST(ClientSession, GetsThereOverAConnectionThatKeepsBreaking) {
 
 TEST(ClientSession, GivesUpAfterSoManyAttemptsWithGrowingDelays) {
     RetryPolicy retry;
-    retry.attempts = 5;
+    retry.first_attempts = 5;
     Loopback loop({}, retry);
     loop.server_up = false;
     const Clock::time_point begin = loop.now;

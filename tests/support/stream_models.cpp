@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <stdexcept>
@@ -14,8 +15,12 @@ namespace mvw::test {
 namespace {
 
 Bytes random_bytes(std::mt19937& random, std::size_t size) {
-    Bytes bytes(size);
-    for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+    Bytes bytes(size + 3);
+    for (std::size_t i = 0; i < size; i += 4) {
+        const auto word = static_cast<std::uint32_t>(random());
+        std::memcpy(bytes.data() + i, &word, sizeof word);
+    }
+    bytes.resize(size);
     return bytes;
 }
 

@@ -16,6 +16,7 @@ struct Fatal {
 
 /// Each adds its subcommand, with its options and the callback that runs it.
 void add_compare(CLI::App& app);
+void add_serve(CLI::App& app);
 void add_view(CLI::App& app);
 
 }  // namespace mvw::cli

@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
     CLI::App app{"Encodes triangle meshes into .mvw files, streams them, and decodes them progressively."};
     app.require_subcommand(1);
     add_compare(app);
+    add_serve(app);
     add_view(app);
     try {
         app.parse(argc, argv);

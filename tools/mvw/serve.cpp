@@ -1,0 +1,87 @@
+// mvw serve: a folder of .mvw files to whoever asks.
+#include <fmt/core.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "server/server.h"
+#include "tools/mvw/commands.h"
+
+namespace mvw::cli {
+namespace {
+
+struct ServeArguments {
+    std::string folder, tcp = "127.0.0.1:7707", log = "info";
+    std::size_t max_connections = server::ServerLimits{}.max_connections;
+    std::size_t max_per_address = server::ServerLimits{}.max_connections_per_address;
+    double idle_seconds = 300;
+    unsigned threads = 0;
+};
+
+spdlog::level::level_enum spdlog_level(server::LogLevel level) {
+    switch (level) {
+        case server::LogLevel::Debug:
+            return spdlog::level::debug;
+        case server::LogLevel::Info:
+            return spdlog::level::info;
+        case server::LogLevel::Warning:
+            break;
+    }
+    return spdlog::level::warn;
+}
+
+// Lines of key=value pairs on standard error, led by the time and the level in the same manner.
+server::Log make_log(const std::string& level) {
+    auto logger = spdlog::stderr_color_mt("serve");
+    logger->set_pattern("time=%Y-%m-%dT%H:%M:%S.%e%z level=%^%l%$ %v");
+    logger->set_level(spdlog::level::from_str(level));
+    return [logger](server::LogLevel l, const std::string& line) { logger->log(spdlog_level(l), line); };
+}
+
+void serve(const ServeArguments& arguments) {
+    server::ServerOptions options;
+    options.folder = arguments.folder;
+    Result<protocol::HostPort> tcp = protocol::parse_host_port(arguments.tcp);
+    if (!tcp) throw Fatal{kUsage, "--tcp " + tcp.error().message};
+    options.tcp = std::move(tcp).value();
+    options.threads = arguments.threads;
+    options.handle_signals = true;
+    options.limits.max_connections = arguments.max_connections;
+    options.limits.max_connections_per_address = arguments.max_per_address;
+    options.limits.idle_time = std::chrono::milliseconds(static_cast<std::int64_t>(arguments.idle_seconds * 1000));
+    options.log = make_log(arguments.log);
+    const Result<std::unique_ptr<server::Server>> server = server::Server::start(options);
+    if (!server) throw Fatal{kFailure, server.error().message};
+    fmt::print("serving {} models of {} on mvw://{}\n", (*server)->models(), arguments.folder,
+               to_string((*server)->tcp_address()));
+    std::fflush(stdout);
+    (*server)->wait();
+}
+
+}  // namespace
+
+void add_serve(CLI::App& app) {
+    auto arguments = std::make_shared<ServeArguments>();
+    CLI::App* command = app.add_subcommand("serve", "Streams every .mvw file below a folder");
+    command->footer(
+        "Prints one line with its address. The first interrupt lets present streams end, the second stops at once.\n"
+        "Example: mvw serve models --tcp 0.0.0.0:7707");
+    command->add_option("DIR", arguments->folder, "Folder to serve")->required();
+    command->add_option("--tcp", arguments->tcp, "Address to listen on; port 0 lets the system choose")
+        ->capture_default_str();
+    command->add_option("--max-connections", arguments->max_connections, "In all")->capture_default_str();
+    command->add_option("--max-per-address", arguments->max_per_address, "Connections of one address")
+        ->capture_default_str();
+    command->add_option("--idle", arguments->idle_seconds, "Seconds after which a silent client is closed")
+        ->check(CLI::Range(1.0, 65535.0))
+        ->capture_default_str();
+    command->add_option("--threads", arguments->threads, "0: one a core, at most 4")->capture_default_str();
+    command->add_option("--log", arguments->log, "What is logged on standard error")
+        ->check(CLI::IsMember({"info", "warning", "off"}))
+        ->capture_default_str();
+    command->callback([arguments] { serve(*arguments); });
+}
+
+}  // namespace mvw::cli
