@@ -16,23 +16,16 @@ namespace mvw {
 
 namespace {
 
-constexpr double kOversampling = 2;    // faces of the finest level for each face of the input
-constexpr double kMinBaseFaces = 400;  // a default base has between this and four times as many faces
+constexpr double kOversampling = 2;         // faces of the finest level for each face of the input
+constexpr double kBaseError = 2.8e-3;       // of the diagonal, by the quadrics: where a default base stops
+constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a default base, at least
 constexpr unsigned kMaxLevels = 8;
 constexpr std::uint32_t kMinComponentFaces = 48;  // a smaller component costs less as it is
 constexpr double kMinReduction = 8;               // input faces for each base face below which wavelets are pointless
 
-/// Faces of a default base for `faces` input faces: some levels above it, the grid is as fine as the input asks for.
-std::size_t default_base_faces(std::size_t faces) {
-    double base = kOversampling * static_cast<double>(faces);
-    while (base >= 4 * kMinBaseFaces) base /= 4;
-    if (base > static_cast<double>(faces) / 16) base = static_cast<double>(faces) / 16;
-    return static_cast<std::size_t>(base);
-}
-
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
-    return static_cast<unsigned>(std::clamp(std::lround(std::log2(ratio) / 2), 0l, long{kMaxLevels}));
+    return static_cast<unsigned>(std::clamp(std::ceil(std::log2(ratio) / 2), 0.0, double{kMaxLevels}));
 }
 
 double area_of(const Mesh& mesh, const Face& f) {
@@ -153,7 +146,9 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     const std::vector<Component> parts = components(mesh, component_of_face);
 
     DecimateOptions decimate;
-    decimate.target_faces = options.base_faces ? options.base_faces : default_base_faces(mesh.faces.size());
+    decimate.target_faces = options.base_faces;
+    decimate.max_faces = mesh.faces.size() / kBaseReduction;
+    decimate.error = kBaseError * bounding_box(mesh).diagonal();
     decimate.progress = [&](double done) { report("decimate", done); };
     const SelfParameterization parameterization(mesh, {}, decimate);
     const std::vector<unsigned> levels =

@@ -13,20 +13,24 @@ struct SelfParameterization::Candidate {
     std::uint32_t h = 0;
     std::uint32_t from_version = 0, to_version = 0;
     std::uint32_t from = 0, to = 0;
+    std::uint32_t strictness = 0;                                    // index into kStrictness
     friend bool operator<(const Candidate& a, const Candidate& b) {  // std::priority_queue: the cheapest on top
         return a.cost != b.cost ? a.cost > b.cost : a.h > b.h;
     }
 };
 
-/// How strict one sweep over the edges is. Later sweeps take what the earlier ones refused.
-struct SelfParameterization::Pass {
+/// What a collapse must keep. An edge that is refused comes back later at a higher price and under laxer rules, so
+/// that a place that is hard to simplify never makes an easy one pay for it.
+struct SelfParameterization::Strictness {
     std::size_t max_ring;
     double min_quality;  // of a triangle after the collapse: 1 equilateral, 0 degenerate
     double min_cosine;   // between a face's normals before and after
-    double max_stretch;
+    double max_stretch;  // of the chart
 };
 
 namespace {
+
+constexpr double kRetryPrice = 10;
 
 /// 4 sqrt(3) area / sum of squared edges: 1 for equilateral, 0 for degenerate triangles.
 double triangle_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -49,16 +53,16 @@ bool choose_mode(VertexKind a, VertexKind b, bool line, CollapseMode& mode, bool
 
 SelfParameterization::SelfParameterization(const Mesh& mesh, const std::vector<std::uint8_t>& sharp,
                                            const DecimateOptions& options)
-    : mesh_(mesh, sharp), version_(mesh.positions.size(), 0), shape_weight_(options.shape_weight) {
+    : mesh_(mesh, sharp),
+      version_(mesh.positions.size(), 0),
+
+      shape_weight_(options.shape_weight) {
     init_quadrics();
-    static constexpr Pass kPasses[] = {{12, 0.2, 0.3, 4}, {16, 0.08, 0.1, 8}, {400, 0.01, -0.2, 30}};
-    for (const Pass& pass : kPasses) {
-        std::size_t before = 0;
-        do {
-            before = mesh_.live_faces();
-            if (before > options.target_faces) run_pass(pass, options);
-        } while (mesh_.live_faces() * 100 < before * 98);
-    }
+    std::size_t before = 0;
+    do {
+        before = mesh_.live_faces();
+        if (!reached(options)) sweep(options);
+    } while (mesh_.live_faces() * 100 < before * 98);
 }
 
 void SelfParameterization::init_quadrics() {
@@ -68,6 +72,7 @@ void SelfParameterization::init_quadrics() {
         const Vec3 &a = mesh_.positions[t[0]], &b = mesh_.positions[t[1]], &c = mesh_.positions[t[2]];
         const Vec3 area = cross(b - a, c - a) * 0.5;
         const Vec3 n = normalized(area);
+        area_ += length(area);
         for (const std::uint32_t v : t) quadrics_[v].add_plane(n, a, length(area) / 3);
         for (std::uint32_t s = 0; s < 3; ++s) {
             const std::uint32_t h = 3 * f + s;
@@ -99,11 +104,17 @@ bool SelfParameterization::evaluate(std::uint32_t h, Candidate& out) const {
         soft.add_point(middle, 1e-3 * q.trace());
         error = q(soft.minimum(middle));
     }
-    out = {std::max(error, 0.0) + shape_weight_ * q.trace() * squared, h, version_[i], version_[j], i, j};
+    out = {std::max(error, 0.0) + shape_weight_ * q.trace() * squared, h, version_[i], version_[j], i, j, 0};
     return true;
 }
 
-void SelfParameterization::run_pass(const Pass& pass, const DecimateOptions& options) {
+bool SelfParameterization::reached(const DecimateOptions& options) const {
+    if (options.target_faces > 0) return mesh_.live_faces() <= options.target_faces;
+    return mesh_.live_faces() <= options.max_faces && squared_error_ >= options.error * options.error * area_;
+}
+
+void SelfParameterization::sweep(const DecimateOptions& options) {
+    static constexpr Strictness kStrictness[] = {{12, 0.2, 0.3, 4}, {16, 0.08, 0.1, 8}, {64, 0.01, -0.2, 30}};
     std::vector<Candidate> edges;
     Candidate c;
     for (std::uint32_t h = 0; h < mesh_.faces.size() * 3; ++h) {
@@ -111,14 +122,19 @@ void SelfParameterization::run_pass(const Pass& pass, const DecimateOptions& opt
         if (evaluate(h, c)) edges.push_back(c);
     }
     std::priority_queue<Candidate> queue({}, std::move(edges));
-    const double all = static_cast<double>(mesh_.faces.size() - options.target_faces);
+    const double all = static_cast<double>(mesh_.faces.size() - std::min(mesh_.faces.size(), options.target_faces));
     std::size_t reported = mesh_.live_faces();
-    while (!queue.empty() && mesh_.live_faces() > options.target_faces) {
+    while (!queue.empty() && !reached(options)) {
         c = queue.top();
         queue.pop();
         if (mesh_.faces[c.h / 3][0] == kNone || mesh_.from(c.h) != c.from || mesh_.to(c.h) != c.to) continue;
         if (version_[c.from] != c.from_version || version_[c.to] != c.to_version) continue;
-        if (!try_collapse(c, pass)) continue;
+        if (!try_collapse(c, kStrictness[c.strictness])) {
+            if (++c.strictness == std::size(kStrictness)) continue;
+            c.cost *= kRetryPrice;
+            queue.push(c);
+            continue;
+        }
         const std::uint32_t v = ring_.keep;
         const auto push = [&](std::uint32_t h) {
             if (evaluate(h, c)) queue.push(c);
@@ -137,13 +153,13 @@ void SelfParameterization::run_pass(const Pass& pass, const DecimateOptions& opt
     }
 }
 
-bool SelfParameterization::try_collapse(const Candidate& c, const Pass& pass) {
+bool SelfParameterization::try_collapse(const Candidate& c, const Strictness& rules) {
     if (!mesh_.can_collapse(c.h)) return false;
     CollapseMode mode{};
     bool keep_second = false;
     choose_mode(mesh_.kinds[c.from], mesh_.kinds[c.to], mesh_.is_line(c.h), mode, keep_second);
     mesh_.ring(c.h, keep_second ? c.to : c.from, ring_);
-    if (ring_.faces.size() > pass.max_ring) return false;
+    if (ring_.faces.size() > rules.max_ring) return false;
     Quadric q = quadrics_[c.from];
     q += quadrics_[c.to];
     const Vec3 &kept = mesh_.positions[ring_.keep], &removed = mesh_.positions[ring_.remove];
@@ -156,31 +172,32 @@ bool SelfParameterization::try_collapse(const Candidate& c, const Pass& pass) {
         tries[0] = soft.minimum(middle);
         count = 3;
     }
-    const FlattenLimits limits{pass.max_stretch};
+    const FlattenLimits limits{rules.max_stretch};
     for (std::size_t k = 0; k < count; ++k) {
         const Vec3 position = tries[k];
-        if (!keeps_shape(position, pass) || !flatten(mesh_, ring_, position, mode, limits, chart_)) continue;
+        if (!keeps_shape(position, rules) || !flatten(mesh_, ring_, position, mode, limits, chart_)) continue;
         record(mode);
-        mesh_.collapse(ring_, position);
+        squared_error_ += q(position) - quadrics_[ring_.keep](kept) - quadrics_[ring_.remove](removed);
         quadrics_[ring_.keep] = q;
+        mesh_.collapse(ring_, position);
         ++version_[ring_.keep], ++version_[ring_.remove];
         return true;
     }
     return false;
 }
 
-bool SelfParameterization::keeps_shape(const Vec3& position, const Pass& pass) const {
+bool SelfParameterization::keeps_shape(const Vec3& position, const Strictness& rules) const {
     const std::size_t n = ring_.vertices.size();
     double worst_before = 1, worst_after = 1;
     for (std::size_t m = 0; m < ring_.faces.size(); ++m) {
         const Vec3 &a = mesh_.positions[ring_.vertices[m]], &b = mesh_.positions[ring_.vertices[(m + 1) % n]];
         const Vec3& old = mesh_.positions[ring_.faces[m].center == 0 ? ring_.keep : ring_.remove];
         const Vec3 n0 = cross(a - old, b - old), n1 = cross(a - position, b - position);
-        if (dot(n0, n1) < pass.min_cosine * length(n0) * length(n1)) return false;
+        if (dot(n0, n1) < rules.min_cosine * length(n0) * length(n1)) return false;
         worst_before = std::min(worst_before, triangle_quality(old, a, b));
         worst_after = std::min(worst_after, triangle_quality(position, a, b));
     }
-    return worst_after >= pass.min_quality || worst_after >= worst_before;
+    return worst_after >= rules.min_quality || worst_after >= worst_before;
 }
 
 void SelfParameterization::record(CollapseMode mode) {

@@ -24,7 +24,9 @@ struct FacePoint {
 
 /// What a decimation is allowed to do.
 struct DecimateOptions {
-    std::size_t target_faces = 0;
+    std::size_t target_faces = 0;  // 0: decimate to at most max_faces, and further until the error is reached
+    std::size_t max_faces = 0;
+    double error = 0;            // RMS distance to the input as the quadrics estimate it, model units
     double shape_weight = 1e-4;  // of edge length squared times area, against the quadric error
     std::function<void(double)> progress;
 };
@@ -32,8 +34,8 @@ struct DecimateOptions {
 /// The history of one decimation.
 class SelfParameterization {
  public:
-    /// mesh: clean. sharp: empty, or a flag a half-edge (3 * face + side). Decimates until target_faces or until
-    /// nothing sound is left to collapse.
+    /// mesh: clean. sharp: empty, or a flag a half-edge (3 * face + side). Decimates as far as the options say, or
+    /// until nothing sound is left to collapse.
     SelfParameterization(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, const DecimateOptions& options);
 
     /// What is left after the decimation; its live faces are the base.
@@ -44,7 +46,7 @@ class SelfParameterization {
 
  private:
     struct Candidate;
-    struct Pass;
+    struct Strictness;
     /// One collapse: slices of uv_ and faces_.
     struct Record {
         std::uint32_t uv_begin, face_begin;
@@ -62,17 +64,20 @@ class SelfParameterization {
 
     void init_quadrics();
     [[nodiscard]] bool evaluate(std::uint32_t h, Candidate& out) const;
-    void run_pass(const Pass& pass, const DecimateOptions& options);
-    [[nodiscard]] bool try_collapse(const Candidate& c, const Pass& pass);
-    [[nodiscard]] bool keeps_shape(const Vec3& position, const Pass& pass) const;
+    [[nodiscard]] bool reached(const DecimateOptions& options) const;
+    void sweep(const DecimateOptions& options);
+    [[nodiscard]] bool try_collapse(const Candidate& c, const Strictness& rules);
+    [[nodiscard]] bool keeps_shape(const Vec3& position, const Strictness& rules) const;
     void record(CollapseMode mode);
     void to_input_serial(std::span<FacePoint> points) const;
     void relocate(const Record& r, std::size_t ring_face, FacePoint& p) const;
 
     CollapseMesh mesh_;
     std::vector<Quadric> quadrics_;
-    std::vector<std::uint32_t> version_;
+    std::vector<std::uint32_t> version_;  // of each vertex: rises whenever its surroundings change
     double shape_weight_ = 0;
+    double area_ = 0;           // of the input
+    double squared_error_ = 0;  // of the decimated surface against the input, integrated over the area, by the quadrics
     EdgeRing ring_;
     std::vector<Uv> chart_;
 
