@@ -46,4 +46,6 @@ void write_text(const std::string& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
 }
 
+std::string test_data_folder() { return MVW_TEST_DATA; }
+
 }  // namespace mvw

@@ -13,6 +13,9 @@ struct ProgramRun {
 /// Runs build/mvw with these arguments and no standard input, and waits for it.
 ProgramRun run_mvw(const std::vector<std::string>& arguments);
 
+/// tests/data, without a slash at its end.
+std::string test_data_folder();
+
 /// A folder that is the test's own, removed with all in it at the end.
 class ScratchFolder {
  public:
