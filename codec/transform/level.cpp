@@ -88,7 +88,7 @@ std::array<std::uint32_t, 2> Level::curve_neighbours(std::uint32_t v) const {
 
 TenPoints Level::ten_points(std::uint32_t edge) const {
     const std::uint32_t h = edges[edge].half, back = twin[h];
-    const auto across = [&](std::uint32_t g) { return twin[g] == kNone ? kNone : tip(twin[g]); };
+    const auto across = [&](std::uint32_t g) { return edges[edge_of[g]].sharp ? kNone : tip(twin[g]); };
     TenPoints p;
     p.ends = {from(h), to(h)};
     p.opp = {tip(h), back == kNone ? kNone : tip(back)};

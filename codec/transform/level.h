@@ -10,7 +10,8 @@
 
 namespace mvw {
 
-/// The ten-point stencil of an edge (v1, v2); kNone where a point does not exist. Points may repeat on tiny bases.
+/// The ten-point stencil of an edge (v1, v2); kNone where a point does not exist (wings do not reach over a crease).
+/// Points may repeat on tiny bases.
 ///
 ///            w0 ──── o0 ──── w1
 ///           /  \    /  \    /  \       o0 lies left of the edge's direction v1 -> v2

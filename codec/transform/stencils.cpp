@@ -116,8 +116,12 @@ void shape_neighbours(const Level& level, std::uint32_t v, std::vector<std::uint
 }
 
 LoopEven loop_even(const Level& level, std::uint32_t v) {
-    if (level.sharp(v)) return level.on_curve(v) ? LoopEven{1.0 / 2, 1.0 / 4} : LoopEven{1, 0};
-    const double n = level.valence[v];
+    return loop_even(level.valence[v], level.sharp(v), level.on_curve(v));
+}
+
+LoopEven loop_even(std::size_t valence, bool sharp, bool on_curve) {
+    if (sharp) return on_curve ? LoopEven{1.0 / 2, 1.0 / 4} : LoopEven{1, 0};
+    const auto n = static_cast<double>(valence);
     const double c = 3.0 / 8 + std::cos(2 * std::numbers::pi / n) / 4;
     const double b = 8.0 / 5 * (5.0 / 8 - c * c) / n;
     return {1 - n * b, b};

@@ -57,6 +57,7 @@ void shape_neighbours(const Level& level, std::uint32_t v, std::vector<std::uint
 struct LoopEven {
     double a, b;
 };
+LoopEven loop_even(std::size_t valence, bool sharp, bool on_curve);
 LoopEven loop_even(const Level& level, std::uint32_t v);
 /// The edges that rule sums over. Replaces `out`.
 void loop_edges(const Level& level, std::uint32_t v, std::vector<std::uint32_t>& out);
