@@ -54,13 +54,15 @@ void expect_agreement(const test::NamedBase& b, unsigned levels, const Transform
 
 TEST_P(PatchTransformOf, AgreesWithTheReference) {
     const auto kind = static_cast<TransformKind>(GetParam());
+    // Loop's analysis crumples these rough surfaces until normals cancel: frames would hang on the last bit.
+    const bool frames = predict_rule(kind) != PredictRule::Loop;
     for (const test::NamedBase& b : test::all_bases()) {
-        expect_agreement(b, 1, {.kind = kind});
-        expect_agreement(b, 2, {.kind = kind});
+        expect_agreement(b, 1, {.kind = kind, .local_frames = frames});
+        expect_agreement(b, 2, {.kind = kind, .local_frames = frames});
         expect_agreement(b, 4, {.kind = kind, .local_frames = false});
         // Stencils of levels this fine are carried over from coarser ones.
         const bool deep = b.name == "fan 5" || b.name == "creased square" || b.name == "sheet with hole";
-        if (deep) expect_agreement(b, 6, {.kind = kind});
+        if (deep) expect_agreement(b, 6, {.kind = kind, .local_frames = frames});
     }
 }
 
