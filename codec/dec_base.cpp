@@ -1,0 +1,162 @@
+#include "codec/dec_base.h"
+
+#include <draco/compression/decode.h>
+#include <draco/mesh/mesh.h>
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "codec/entropy/dec_range_coder.h"
+#include "codec/labels.h"
+
+namespace mvw {
+
+namespace {
+
+Error malformed(std::string message) {
+    return {Errc::Malformed, 0, std::move(message)};
+}
+
+/// The counts that Draco's decoder will believe, read as it reads them (bitstream 2.2).
+Result<void> check_draco_counts(ByteSpan bytes, bool sequential, std::uint32_t vertices, std::uint32_t faces) {
+    ByteReader in(bytes);
+    std::uint64_t v = 0, f = 0;
+    if (sequential) {
+        f = in.varint();
+        v = in.varint();
+    } else {
+        in.u8();  // traversal method
+        v = in.varint();
+        f = in.varint();
+    }
+    if (!in.ok() || f != faces || v > vertices) return malformed("the base's counts are not the header's");
+    if (faces > kMaxFacesPerByte * bytes.size()) return malformed("the base has more faces than its bytes can hold");
+    return {};
+}
+
+std::unique_ptr<draco::Mesh> run_draco(ByteSpan bytes, bool sequential) {
+    // "DRACO", bitstream 2.2, triangle mesh, method, no flags: the same in every file, so not stored.
+    Bytes stream;
+    for (const unsigned b : {0x44u, 0x52u, 0x41u, 0x43u, 0x4Fu, 2u, 2u, 1u, sequential ? 0u : 1u, 0u, 0u})
+        stream.push_back(static_cast<std::byte>(b));
+    stream.insert(stream.end(), bytes.begin(), bytes.end());
+    draco::DecoderBuffer buffer;
+    buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
+    draco::Decoder decoder;
+#if defined(__cpp_exceptions)
+    try {
+#endif
+        auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
+        return mesh.ok() ? std::move(mesh).value() : nullptr;
+#if defined(__cpp_exceptions)
+    } catch (const std::exception&) {  // an allocation that Draco should not have tried
+        return nullptr;
+    }
+#endif
+}
+
+/// Answers code_creases() and code_materials() from bytes.
+class LabelReader {
+ public:
+    explicit LabelReader(ByteSpan bytes) : decoder_(bytes) {}
+    bool code(AdaptiveBit& bit, bool) {
+        const bool value = decoder_.decode(bit.probability());
+        bit.learn(value);
+        return value;
+    }
+
+ private:
+    RangeDecoder<false> decoder_;
+};
+
+Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_t transform, std::uint8_t& flags) {
+    PartParams p;
+    flags = in.u8();
+    p.error_code = in.u8();
+    p.base_bits = in.u8();
+    if (in.ok() && (flags & ~kBaseAllFlags) != 0) return Error{Errc::Unsupported, 0, "the base has unknown flags"};
+    if (in.ok() && (p.base_bits < 1 || p.base_bits > 30)) return malformed("the base's precision is out of range");
+    if (transform >= kTransformCount) return Error{Errc::Unsupported, 0, "the transform is unknown"};
+    p.transform.kind = TransformKind{transform};
+    if (info.levels > 0) {
+        p.tangent = in.u8();
+        p.reconstruction = in.u8();
+        for (unsigned level = 0; level <= info.levels; ++level) p.steps.push_back(in.u8());
+    }
+    if (flags & kBaseTransform) {
+        p.transform.s = static_cast<double>(in.f32());
+        const unsigned bits = in.u8();
+        if (in.ok() && (!(p.transform.s > 0 && p.transform.s <= 1.1613) || bits > 7))
+            return malformed("the transform's parameters are out of range");
+        p.transform.table1_weights = (bits & 1) != 0;
+        p.transform.loop_template = bits & 2 ? 4 : 10;
+        p.transform.local_frames = (bits & 4) == 0;
+    }
+    if (!in.ok()) return malformed("the base is cut");
+    return p;
+}
+
+ByteSpan read_section(ByteReader& in) {
+    return in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(in.varint(), in.remaining() + 1)));
+}
+
+}  // namespace
+
+Result<DracoMesh> read_draco(ByteSpan bytes, bool sequential, std::uint32_t vertices, std::uint32_t faces) {
+    if (const Result<void> r = check_draco_counts(bytes, sequential, vertices, faces); !r.ok()) return r.error();
+    const std::unique_ptr<draco::Mesh> mesh = run_draco(bytes, sequential);
+    if (!mesh) return malformed("Draco refuses the base");
+    const draco::PointAttribute* positions = mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
+    if (!positions || positions->num_components() != 3 || positions->data_type() != draco::DT_INT32)
+        return malformed("the base has no integer positions");
+    DracoMesh out;
+    out.faces.resize(mesh->num_faces());
+    out.grid.resize(mesh->num_points());
+    for (std::uint32_t f = 0; f < out.faces.size(); ++f) {
+        const draco::Mesh::Face& face = mesh->face(draco::FaceIndex(f));
+        for (std::size_t k = 0; k < 3; ++k) out.faces[f][k] = face[k].value();
+    }
+    for (std::uint32_t v = 0; v < out.grid.size(); ++v)
+        if (!positions->ConvertValue<std::int32_t, 3>(positions->mapped_index(draco::PointIndex(v)),
+                                                      out.grid[v].data()))
+            return malformed("the base has a vertex without a position");
+    return out;
+}
+
+Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8_t transform) {
+    ByteReader in(payload);
+    DecodedBase base;
+    std::uint8_t flags = 0;
+    Result<PartParams> params = read_params(in, info, transform, flags);
+    if (!params.ok()) return params.error();
+    base.params = *params;
+    const ByteSpan draco_bytes = read_section(in);
+    const ByteSpan creases = flags & kBaseCreases ? read_section(in) : ByteSpan{};
+    const ByteSpan materials = flags & kBaseMaterials ? read_section(in) : ByteSpan{};
+    if (!in.ok()) return malformed("the base is cut");
+
+    Result<DracoMesh> mesh =
+        read_draco(draco_bytes, (flags & kBaseSequential) != 0, info.base_vertices, info.base_faces);
+    if (!mesh.ok()) return mesh.error();
+    Result<BaseMesh> topology = BaseMesh::create(static_cast<std::uint32_t>(mesh->grid.size()), std::move(mesh->faces));
+    if (!topology.ok()) return topology.error();
+    base.mesh = std::move(*topology);
+    base.grid = std::move(mesh->grid);
+    if (base.mesh.vertex_count() != info.base_vertices || base.mesh.edge_count() != info.base_edges ||
+        base.mesh.face_count() != info.base_faces)
+        return malformed("the base's counts are not the header's");
+    if (flags & kBaseCreases) {
+        base.creases.resize(base.mesh.edge_count());
+        LabelReader reader(creases);
+        code_creases(base.mesh, base.creases, reader);
+    }
+    if (flags & kBaseMaterials) {
+        base.materials.resize(base.mesh.face_count());
+        LabelReader reader(materials);
+        code_materials(base.mesh, base.materials, reader);
+    }
+    return base;
+}
+
+}  // namespace mvw

@@ -1,0 +1,35 @@
+// Reads a Base chunk: connectivity and coarse positions of one part's level 0 (by Draco), creases, labels, parameters.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "codec/container/toc.h"
+#include "codec/mesh/semi_regular.h"
+#include "codec/part_params.h"
+
+namespace mvw {
+
+/// Level 0 of one part as its Base chunk holds it.
+struct DecodedBase {
+    PartParams params;
+    BaseMesh mesh;
+    std::vector<std::array<std::int32_t, 3>> grid;  // V positions in units of params.grid()
+    std::vector<std::uint8_t> creases;              // empty, or one for each edge
+    std::vector<std::uint32_t> materials;           // empty, or one for each face
+};
+
+/// FORMAT.md 4.1. Counts must be those of `info`; they are held against the bytes present (at most kMaxFacesPerByte
+/// faces for each) before Draco allocates.
+Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8_t transform);
+
+/// Draco's answer to its own bytes (without the 11 in front that never change), in its order of faces and vertices.
+struct DracoMesh {
+    std::vector<Face> faces;
+    std::vector<std::array<std::int32_t, 3>> grid;
+};
+inline constexpr std::uint64_t kMaxFacesPerByte = 256;
+/// Malformed where Draco refuses, or the counts in front are not exactly `faces` and at most `vertices`.
+Result<DracoMesh> read_draco(ByteSpan bytes, bool sequential, std::uint32_t vertices, std::uint32_t faces);
+
+}  // namespace mvw

@@ -1,0 +1,188 @@
+#include "codec/dec_part.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "codec/tiles.h"
+
+namespace mvw {
+
+namespace {
+
+/// What a vertex costs while its part is decoded: planes, neighbours, coefficients, grids, the mesh handed out.
+constexpr std::uint64_t kBytesPerVertex = 192;
+
+Error malformed(const char* what) {
+    return {Errc::Malformed, 0, what};
+}
+
+unsigned finest_within(const PartInfo& info, const Limits& limits) {
+    const std::uint64_t most =
+        std::min({limits.max_vertices, limits.max_memory_bytes / kBytesPerVertex, std::uint64_t{kNone}});
+    unsigned level = info.levels;
+    while (level > 0 && vertices_at_level(info.base_vertices, info.base_edges, info.base_faces, level) > most) --level;
+    return level;
+}
+
+}  // namespace
+
+PartDecoder::PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint8_t layers, const Limits& limits)
+    : info_(info), transform_kind_(transform), layers_(layers), finest_(finest_within(info, limits)) {}
+
+Result<void> PartDecoder::take(const ChunkId& id, ByteSpan payload, bool whole) {
+    if (id.channel == Channel::Base) return whole && !base_ ? take_base(payload) : Result<void>{};
+    if (id.channel != Channel::Geometry || info_.levels == 0 || id.level > finest_) return {};
+    const ChunkId here{0, id.tile, id.level, id.layer, id.channel};
+    const Result<Taken> taken = take_geometry(here, payload, whole);
+    if (!taken.ok()) return taken.error();
+    if (*taken != Taken::Used) return {};
+    retry_waiting(id.tile, id.level);
+    if (id.level < finest_) retry_waiting(id.tile, id.level + 1u);
+    return {};
+}
+
+Result<void> PartDecoder::take_base(ByteSpan payload) {
+    Result<DecodedBase> base = read_base(payload, info_, transform_kind_);
+    if (!base.ok()) return base.error();
+    base_ = std::move(*base);
+    error_code_ = base_->params.error_code;
+    tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
+    blocks_.resize(std::size_t{info_.tiles} * (finest_ + 1u));
+    coefficients_.reserve(base_->grid.size());
+    const auto grid = static_cast<float>(base_->params.grid());
+    for (const auto& g : base_->grid)
+        coefficients_.push_back(Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} *
+                                grid);
+    for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
+        for (unsigned level = 0; level <= finest_; ++level) retry_waiting(static_cast<std::uint16_t>(tile), level);
+    return {};
+}
+
+Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const GeometryFront& front) {
+    const unsigned low = lowest_plane_of(id);
+    if (front.top_plane < low || front.top_plane >= layers_) return malformed("a chunk's planes are out of range");
+    if (front.needs_parent && id.level < 2) return malformed("a chunk needs a level that has no details");
+    if (!base_) return Readiness::Waits;
+    const BlockDecoder& here = block(id.tile, id.level).decoder;
+    if (here.started() && here.lowest_plane() <= low) return Readiness::Known;
+    if (front.starts && here.started()) return malformed("a block starts twice");
+    if (!front.starts && (!here.started() || here.lowest_plane() > front.top_plane + 1)) return Readiness::Waits;
+    if (!front.starts && here.lowest_plane() != front.top_plane + 1) return malformed("a chunk's planes overlap");
+    if (front.needs_parent) {
+        const BlockDecoder& parent = block(id.tile, id.level - 1u).decoder;
+        if (!parent.started() || parent.lowest_plane() > low + 1) return Readiness::Waits;
+    }
+    return Readiness::Ready;
+}
+
+Result<PartDecoder::Taken> PartDecoder::take_geometry(const ChunkId& id, ByteSpan payload, bool whole) {
+    ByteReader in(payload);
+    const GeometryFront front = read_geometry_front(in);
+    if (!in.ok() && whole) return malformed("a chunk is too short");
+    if (!in.ok()) return Taken::Dropped;
+    const Result<Readiness> ready = readiness(id, front);
+    if (!ready.ok()) return ready.error();
+    if (*ready == Readiness::Waits && whole) {
+        waiting_.emplace(id, Bytes(payload.begin(), payload.end()));
+        return Taken::Waits;
+    }
+    if (*ready != Readiness::Ready) return Taken::Dropped;
+    if (const Result<void> r = decode_planes(id, front, in, whole); !r.ok()) return r.error();
+    if (whole) error_code_ = std::max(error_code_, front.error_code);
+    if (id.level > 0) detail_level_ = std::max<unsigned>(detail_level_, id.level);
+    return Taken::Used;
+}
+
+Result<void> PartDecoder::decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
+    Block& here = block(id.tile, id.level);
+    const BlockDecoder* parent = id.level >= 2 ? &block(id.tile, id.level - 1u).decoder : nullptr;
+    if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling_, id.tile, id.level);
+    const unsigned low = lowest_plane_of(id);
+    Result<void> result;
+    for (unsigned plane = front.top_plane + 1; plane-- > low && result.ok();) {
+        const bool last = plane == low;
+        const std::uint64_t length = last ? in.remaining() : in.varint();
+        if (!in.ok()) {  // a beginning ends before this plane, or the payload is wrong
+            if (whole) result = malformed("a chunk's planes are cut");
+            break;
+        }
+        const bool all_there = length <= in.remaining() && (whole || !last);
+        if (!all_there && whole) result = malformed("a chunk's planes are cut");
+        if (!result.ok()) break;
+        const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(length, in.remaining()));
+        result = here.decoder.decode_plane(*here.shape, parent, plane, in.bytes(bytes), all_there);
+        if (!all_there) break;
+    }
+    store_values(here, id.level);
+    if (here.decoder.started() && here.decoder.lowest_plane() == 0) here.shape.reset();
+    return result;
+}
+
+void PartDecoder::retry_waiting(std::uint16_t tile, unsigned level) {
+    // One block's next chunk at a time; a decoded one may free the next of its own block and those one level finer.
+    std::vector<unsigned> levels = {level};
+    while (!levels.empty()) {
+        const unsigned at = levels.back();
+        levels.pop_back();
+        const auto it = waiting_.lower_bound(ChunkId{0, tile, static_cast<std::uint8_t>(at), 0, Channel::Base});
+        if (it == waiting_.end() || it->first.tile != tile || it->first.level != at) continue;
+        const auto node = waiting_.extract(it);
+        const Result<Taken> taken = take_geometry(node.key(), node.mapped(), true);
+        if (taken.ok() && *taken == Taken::Waits) continue;
+        levels.push_back(at);
+        if (taken.ok() && *taken == Taken::Used && at < finest_) levels.push_back(at + 1);
+    }
+}
+
+void PartDecoder::ensure_coefficients(unsigned level) {
+    const std::uint64_t V = vertices_at_level(base_->mesh, level);
+    if (coefficients_.size() < V) coefficients_.resize(V);
+}
+
+void PartDecoder::store_values(const Block& from, unsigned level) {
+    if (!from.decoder.started()) return;
+    ensure_coefficients(level);
+    const BlockShape& shape = *from.shape;
+    scratch_.resize(shape.size() * 3);
+    from.decoder.values(base_->params.reconstruction_point(), scratch_);
+    const float step = base_->params.step(level);
+    const float across = level == 0 ? step : step * base_->params.tangent_factor();
+    const auto grid = static_cast<float>(base_->params.grid());
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        const std::uint32_t v = shape.indices()[i];
+        Vec3f value{scratch_[3 * i] * step, scratch_[3 * i + 1] * across, scratch_[3 * i + 2] * across};
+        if (level == 0) {
+            const auto& g = base_->grid[v];
+            value += Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} * grid;
+        }
+        coefficients_[v] = value;
+    }
+}
+
+void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {
+    level = std::min(level, finest_);
+    ensure_coefficients(level);
+    std::vector<Vec3f> positions(vertices_at_level(base_->mesh, level));
+    if (level == 0) {
+        std::copy_n(coefficients_.begin(), positions.size(), positions.begin());
+    } else {
+        if (!transform_ || transform_levels_ < level) {
+            transform_.reset();
+            transform_ = std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases);
+            transform_levels_ = level;
+        }
+        transform_->synthesize(std::span(coefficients_).first(positions.size()), level, positions);
+    }
+    const auto first = static_cast<std::uint32_t>(out.positions.size());
+    for (const Vec3f& p : positions) out.positions.push_back(center + to_double(p) * diagonal);
+    const std::vector<Face> faces = triangles_at_level(base_->mesh, level);
+    for (const Face& f : faces) out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+    if (!base_->materials.empty() || !out.materials.empty()) {
+        out.materials.resize(out.faces.size() - faces.size(), 0);
+        for (std::size_t f = 0; f < faces.size(); ++f)
+            out.materials.push_back(base_->materials.empty() ? 0 : base_->materials[f >> (2 * level)]);
+    }
+}
+
+}  // namespace mvw

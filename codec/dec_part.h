@@ -1,0 +1,65 @@
+// One part of a model as far as its chunks have come: base, bit-planes, coefficients, and the mesh that they give.
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "codec/dec_base.h"
+#include "codec/entropy/dec_block.h"
+
+namespace mvw {
+
+class PartDecoder {
+ public:
+    PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint8_t layers, const Limits& limits);
+
+    /// Takes in one chunk's payload, or, where it is not whole, the beginning of one. What has to wait for other chunks
+    /// is kept (a beginning is dropped). Malformed where the payload contradicts FORMAT.md 4; then nothing has changed
+    /// but the planes before the fault. Chunks already there, above the limits or of unknown channels are ignored.
+    Result<void> take(const ChunkId& id, ByteSpan payload, bool whole);
+
+    [[nodiscard]] bool has_base() const { return base_.has_value(); }
+    /// Finest level of which a detail has come.
+    [[nodiscard]] unsigned detail_level() const { return detail_level_; }
+    /// Lowest error that a chunk taken in has stated.
+    [[nodiscard]] std::uint8_t error_code() const { return error_code_; }
+    [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
+    /// Finest level that is handed out.
+    [[nodiscard]] unsigned finest_level() const { return finest_; }
+
+    /// Adds the part's mesh at min(level, finest_level()) to `out`: positions center + diagonal * p. Needs has_base().
+    void append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out);
+
+ private:
+    struct Block {
+        BlockDecoder decoder{3};
+        std::unique_ptr<BlockShape> shape;  // while planes can still come
+    };
+    enum class Readiness { Ready, Waits, Known };
+
+    Result<void> take_base(ByteSpan payload);
+    enum class Taken { Used, Waits, Dropped };
+    Result<Taken> take_geometry(const ChunkId& id, ByteSpan payload, bool whole);
+    Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
+    Result<void> decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
+    void retry_waiting(std::uint16_t tile, unsigned level);
+    void store_values(const Block& block, unsigned level);
+    void ensure_coefficients(unsigned level);
+    [[nodiscard]] unsigned lowest_plane_of(const ChunkId& id) const { return layers_ - 1u - id.layer; }
+    Block& block(std::uint16_t tile, unsigned level) { return blocks_[std::size_t{tile} * (finest_ + 1u) + level]; }
+
+    PartInfo info_;
+    std::uint8_t transform_kind_, layers_;
+    unsigned finest_ = 0, detail_level_ = 0;
+    std::uint8_t error_code_ = 0;
+    std::optional<DecodedBase> base_;
+    Tiling tiling_;
+    std::vector<Block> blocks_;        // tile-major
+    std::vector<Vec3f> coefficients_;  // V(level) of the finest level in use; grows
+    std::vector<float> scratch_;
+    std::map<ChunkId, Bytes> waiting_;
+    std::unique_ptr<PatchTransform> transform_;
+    unsigned transform_levels_ = 0;
+};
+
+}  // namespace mvw

@@ -1,0 +1,201 @@
+#include "codec/decoder.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "codec/container/crc32c.h"
+#include "codec/dec_part.h"
+
+namespace mvw {
+
+struct Decoder::State {
+    explicit State(const Limits& l) : limits(l) {}
+
+    Limits limits;
+    std::optional<FileHeader> header;
+    std::vector<PartDecoder> parts;
+    DecodeState counts;  // bytes, chunks, damaged; the rest is made on demand
+    std::uint64_t revision = 0;
+    std::optional<Error> fault;
+
+    // The stream that feed() reads.
+    Bytes pending;
+    std::uint64_t position = 0;  // in the file, of pending's first byte
+    ChunkId previous;
+    bool finished = false;
+
+    Result<void> take_header(ByteSpan bytes);
+    Result<void> read_stream();
+    Result<bool> read_chunk(ByteSpan rest, std::size_t& used);
+    void take_chunk(const ChunkId& id, ByteSpan payload, bool whole);
+    Error lost(const std::string& why) const {
+        return {Errc::Malformed, position, "byte " + std::to_string(position) + ": " + why};
+    }
+};
+
+Decoder::Decoder(const Limits& limits) : state_(std::make_unique<State>(limits)) {}
+Decoder::~Decoder() = default;
+Decoder::Decoder(Decoder&&) noexcept = default;
+Decoder& Decoder::operator=(Decoder&&) noexcept = default;
+
+Result<void> Decoder::State::take_header(ByteSpan bytes) {
+    Result<FileHeader> read = read_header(bytes, limits);
+    if (!read.ok()) return read.error();
+    header = std::move(*read);
+    counts.bytes += header->header_bytes;
+    Limits each = limits;  // parts share the ceilings
+    each.max_memory_bytes /= header->parts.size();
+    each.max_vertices /= header->parts.size();
+    for (const PartInfo& part : header->parts) parts.emplace_back(part, header->transform, header->layers, each);
+    return {};
+}
+
+void Decoder::State::take_chunk(const ChunkId& id, ByteSpan payload, bool whole) {
+    const Result<void> taken = parts[id.part].take(id, payload, whole);
+    if (whole) ++(taken.ok() ? counts.chunks : counts.damaged);
+    ++revision;
+}
+
+/// One chunk out of `rest`; false where more bytes are needed.
+Result<bool> Decoder::State::read_chunk(ByteSpan rest, std::size_t& used) {
+    ByteReader in(rest);
+    const Result<ChunkHead> head = read_chunk_head(in, previous, limits);
+    if (!head.ok() && head.error().code == Errc::NeedMoreData) return false;
+    if (!head.ok()) return lost(head.error().message);
+    if (const Result<void> r = check_chunk_id(*header, head->id); !r.ok()) return lost(r.error().message);
+    if (position + in.offset() + head->length > header->index_offset) return lost("a chunk ends behind the last one");
+    if (head->length > in.remaining()) return false;
+    const ByteSpan fields = rest.first(in.offset() - 2), payload = rest.subspan(in.offset(), head->length);
+    if (chunk_check(fields, payload) == head->check) {
+        take_chunk(head->id, payload, true);
+        counts.bytes += in.offset() + head->length;
+    } else {
+        ++counts.damaged;
+    }
+    previous = head->id;
+    used = in.offset() + head->length;
+    return true;
+}
+
+Result<void> Decoder::State::read_stream() {
+    std::size_t used = 0;
+    if (!header) {
+        const Result<void> r = take_header(pending);
+        if (!r.ok() && r.error().code == Errc::NeedMoreData) return {};
+        if (!r.ok()) return r;
+        used = header->header_bytes;
+        position = used;
+    }
+    while (position < header->index_offset) {
+        std::size_t bytes = 0;
+        const Result<bool> more = read_chunk(ByteSpan(pending).subspan(used), bytes);
+        if (!more.ok()) return more.error();
+        if (!*more) break;
+        used += bytes;
+        position += bytes;
+    }
+    if (position >= header->index_offset) {  // the index serves those who seek
+        position += pending.size() - used;
+        used = pending.size();
+        if (position > header->file_bytes()) return lost("bytes behind the end of the file");
+    }
+    pending.erase(pending.begin(), pending.begin() + static_cast<std::ptrdiff_t>(used));
+    return {};
+}
+
+Result<void> Decoder::feed(ByteSpan bytes) {
+    State& s = *state_;
+    if (s.fault) return *s.fault;
+    s.pending.insert(s.pending.end(), bytes.begin(), bytes.end());
+    const Result<void> r = s.read_stream();
+    if (!r.ok()) s.fault = r.error();
+    return r;
+}
+
+void Decoder::finish() {
+    State& s = *state_;
+    if (s.finished || s.fault || !s.header || s.position >= s.header->index_offset) return;
+    s.finished = true;
+    ByteReader in(s.pending);
+    const Result<ChunkHead> head = read_chunk_head(in, s.previous, s.limits);
+    if (!head.ok() || !check_chunk_id(*s.header, head->id).ok()) return;
+    s.take_chunk(head->id, in.bytes(in.remaining()), false);
+    s.counts.bytes += s.pending.size();
+}
+
+Result<void> Decoder::feed_header(ByteSpan bytes) {
+    if (state_->header) return Error{Errc::InvalidArgument, 0, "the header is already there"};
+    return state_->take_header(bytes);
+}
+
+Result<void> Decoder::feed_chunk(const ChunkId& id, ByteSpan payload, std::uint32_t crc) {
+    State& s = *state_;
+    if (!s.header) return Error{Errc::InvalidArgument, 0, "a chunk came before the header"};
+    if (const Result<void> r = check_chunk_id(*s.header, id); !r.ok()) return r;
+    if (payload.size() > s.limits.max_chunk_bytes) return Error{Errc::LimitExceeded, 0, "a chunk is too long"};
+    if (crc32c(payload) != crc) {
+        ++s.counts.damaged;
+        return Error{Errc::Malformed, 0, "a chunk's checksum is wrong"};
+    }
+    s.counts.bytes += payload.size();
+    s.take_chunk(id, payload, true);
+    return {};
+}
+
+const FileHeader* Decoder::header() const {
+    return state_->header ? &*state_->header : nullptr;
+}
+
+DecodeState Decoder::state() const {
+    const State& s = *state_;
+    DecodeState out = s.counts;
+    std::uint8_t code = 0;
+    std::size_t waiting = 0;
+    for (const PartDecoder& part : s.parts) {
+        out.level = std::max(out.level, part.detail_level());
+        code = std::max(code, part.error_code());
+        waiting += part.waiting();
+    }
+    out.error = error_from_code(code);
+    out.complete =
+        s.header && !s.fault && s.position >= s.header->index_offset && s.counts.damaged == 0 && waiting == 0;
+    if (out.complete)
+        for (const PartDecoder& part : s.parts) out.level = std::max(out.level, part.finest_level());
+    return out;
+}
+
+std::uint64_t Decoder::revision() const {
+    return state_->revision;
+}
+
+Result<Mesh> Decoder::mesh(unsigned level) const {
+    State& s = *state_;
+    if (std::none_of(s.parts.begin(), s.parts.end(), [](const PartDecoder& p) { return p.has_base(); }))
+        return Error{Errc::NeedMoreData, s.position, "no base mesh is there yet"};
+    Mesh out;
+    const Vec3 center{s.header->center[0], s.header->center[1], s.header->center[2]};
+    for (PartDecoder& part : s.parts)
+        if (part.has_base()) part.append_mesh(level, center, s.header->diagonal, out);
+    return out;
+}
+
+Result<Mesh> decode(ByteSpan file, unsigned level, const Limits& limits) {
+    Decoder decoder(limits);
+    const Result<FileHeader> header = read_header(file, limits);
+    if (!header.ok()) return header.error();
+    const bool all_there = file.size() == header->file_bytes();
+    const Result<Toc> toc = all_there ? read_toc(*header, file.subspan(header->index_offset), file.size(), limits)
+                                      : Result<Toc>(Error{Errc::NeedMoreData, file.size(), {}});
+    if (toc.ok()) {  // the index finds every chunk even where a damaged head hides those behind it
+        (void)decoder.feed_header(file).ok();
+        for (const ChunkEntry& c : toc->chunks)
+            (void)decoder.feed_chunk(c.id, file.subspan(c.offset, c.length), c.crc32c).ok();
+    } else {
+        (void)decoder.feed(file).ok();
+        decoder.finish();
+    }
+    return decoder.mesh(level);
+}
+
+}  // namespace mvw

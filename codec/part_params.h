@@ -1,0 +1,84 @@
+// What a part's Base chunk says beside the mesh: the numbers that turn symbols into positions (FORMAT.md 4.1), and the
+// flags in front of a geometry chunk's planes (FORMAT.md 4.3). Shared by both directions.
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "codec/bytes.h"
+#include "codec/transform/transform.h"
+
+namespace mvw {
+
+/// First byte of a Base payload. Unknown bits mean Unsupported.
+enum BaseFlags : std::uint8_t {
+    kBaseSequential = 1,  // Draco's sequential method instead of edgebreaker
+    kBaseCreases = 2,
+    kBaseMaterials = 4,
+    kBaseTransform = 8,  // transform parameters other than the defaults follow
+    kBaseAllFlags = 15,
+};
+
+/// A step on disk: eight steps an octave, (1 + (code % 8) / 8) * 2^-(code / 8), exact in binary.
+inline float step_from_code(std::uint8_t code) {
+    return std::ldexp(1.0f + static_cast<float>(code % 8) / 8.0f, -static_cast<int>(code / 8));
+}
+/// The code of the largest step that is not above `step`.
+inline std::uint8_t step_to_code(double step) {
+    unsigned code = 255;
+    while (code > 0 && step_from_code(static_cast<std::uint8_t>(code)) <= step) {
+        const auto next = static_cast<std::uint8_t>(code % 8 == 7 ? code - 15 : code + 1);
+        if ((code % 8 == 7 && code < 15) || step_from_code(next) > step) break;
+        code = next;
+    }
+    return static_cast<std::uint8_t>(code);
+}
+
+/// Decoder parameters of one part.
+struct PartParams {
+    std::uint8_t error_code = 0;      // error left once this chunk and all before it are there: 10^(-code/40)
+    std::uint8_t base_bits = 10;      // base positions are integers times 2^-base_bits, in units of the diagonal
+    std::uint8_t tangent = 48;        // tangential steps are tangent/16 times the normal one
+    std::uint8_t reconstruction = 0;  // place within a quantisation interval, in 1/256
+    std::vector<std::uint8_t> steps;  // code of the step of plane 0 of each level, L + 1; empty for L = 0
+    TransformOptions transform;       // `kind` comes from the file's header
+
+    [[nodiscard]] float step(unsigned level) const { return step_from_code(steps[level]); }
+    [[nodiscard]] float tangent_factor() const { return static_cast<float>(tangent) / 16.0f; }
+    [[nodiscard]] float reconstruction_point() const { return static_cast<float>(reconstruction) / 256.0f; }
+    [[nodiscard]] double grid() const { return std::ldexp(1.0, -static_cast<int>(base_bits)); }
+};
+
+/// One byte for an error: 10^(-code/40), half a decibel apart.
+inline float error_from_code(std::uint8_t code) {
+    return static_cast<float>(std::pow(10.0, -static_cast<double>(code) / 40.0));
+}
+inline std::uint8_t error_to_code(double error) {
+    if (!(error > 0)) return 255;
+    const double code = std::floor(-40.0 * std::log10(error));
+    return static_cast<std::uint8_t>(code < 0 ? 0 : code > 255 ? 255 : code);
+}
+
+/// Front of a Geometry payload: what its planes build on.
+struct GeometryFront {
+    static constexpr std::size_t kBytes = 2;
+    std::uint8_t error_code = 0;
+    unsigned top_plane = 0;     // of this chunk; it goes down to layers - 1 - layer
+    bool starts = false;        // the block's first chunk
+    bool needs_parent = false;  // the block one level below must be there down to one plane above the lowest here
+};
+inline GeometryFront read_geometry_front(ByteReader& in) {
+    GeometryFront front;
+    front.error_code = in.u8();
+    const unsigned bits = in.u8();
+    front.top_plane = bits & 31;
+    front.starts = (bits & 32) != 0;
+    front.needs_parent = (bits & 64) != 0;
+    return front;
+}
+inline void write_geometry_front(ByteWriter& out, const GeometryFront& front) {
+    out.u8(front.error_code);
+    out.u8(static_cast<std::uint8_t>(front.top_plane | (front.starts ? 32u : 0u) | (front.needs_parent ? 64u : 0u)));
+}
+
+}  // namespace mvw
