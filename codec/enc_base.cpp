@@ -1,0 +1,264 @@
+#include "codec/enc_base.h"
+
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/mesh.h>
+
+#include <algorithm>
+#include <memory>
+#include <unordered_map>
+
+#include "codec/entropy/enc_range_coder.h"
+#include "codec/labels.h"
+
+namespace mvw {
+
+namespace {
+
+using GridPoint = std::array<std::int32_t, 3>;
+
+std::unique_ptr<draco::Mesh> draco_mesh(const BaseMesh& source, const std::vector<GridPoint>& grid) {
+    auto mesh = std::make_unique<draco::Mesh>();
+    mesh->SetNumFaces(source.face_count());
+    for (std::uint32_t f = 0; f < source.face_count(); ++f) {
+        draco::Mesh::Face face;
+        for (std::size_t k = 0; k < 3; ++k) face[k] = draco::PointIndex(source.faces()[f][k]);
+        mesh->SetFace(draco::FaceIndex(f), face);
+    }
+    mesh->set_num_points(static_cast<std::uint32_t>(grid.size()));
+    draco::GeometryAttribute attribute;
+    attribute.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_INT32, false, 3 * sizeof(std::int32_t), 0);
+    const int id = mesh->AddAttribute(attribute, true, static_cast<std::uint32_t>(grid.size()));
+    for (std::uint32_t v = 0; v < grid.size(); ++v)
+        mesh->attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v), grid[v].data());
+    return mesh;
+}
+
+/// Draco's bytes without the 11 in front; empty where it refuses.
+Bytes run_draco(const draco::Mesh& mesh, bool sequential, int speed) {
+    draco::ExpertEncoder encoder(mesh);
+    encoder.SetEncodingMethod(sequential ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
+    encoder.SetSpeedOptions(speed, speed);
+    draco::EncoderBuffer buffer;
+    if (!encoder.EncodeToBuffer(&buffer).ok() || buffer.size() < 11) return {};
+    const auto* bytes = reinterpret_cast<const std::byte*>(buffer.data());
+    return {bytes + 11, bytes + buffer.size()};
+}
+
+std::uint32_t opposite_face(const BaseMesh& mesh, std::uint32_t f, unsigned s, unsigned& side) {
+    const BaseEdge& e = mesh.edges()[mesh.edge_of(f, s)];
+    const unsigned other = e.face[0] == f && e.side[0] == s ? 1 : 0;
+    side = e.side[other];
+    return e.face[other];
+}
+
+/// Finds, for each decoded face, its source: a walk over both meshes in step from pairs of faces with equal corners.
+/// Any walk that meets equal positions and equal neighbours everywhere is right, even where points coincide.
+class Matcher {
+ public:
+    Matcher(const BaseMesh& source, const std::vector<GridPoint>& source_grid, CodedBase& coded)
+        : source_(source), source_grid_(source_grid), coded_(coded) {}
+
+    bool run() {
+        const std::uint32_t F = source_.face_count();
+        coded_.source_face.assign(F, kNone);
+        coded_.source_corner.assign(F, 0);
+        taken_.assign(F, 0);
+        std::unordered_multimap<std::uint64_t, std::uint32_t> by_corners;
+        for (std::uint32_t f = 0; f < F; ++f) by_corners.emplace(key(source_, source_grid_, f), f);
+        for (std::uint32_t f = 0; f < F; ++f) {
+            if (coded_.source_face[f] != kNone) continue;
+            const auto [first, last] = by_corners.equal_range(key(coded_.mesh, coded_.grid, f));
+            bool found = false;
+            for (auto it = first; it != last && !found; ++it)
+                for (unsigned corner = 0; corner < 3 && !found; ++corner) found = walk_from(f, it->second, corner);
+            if (!found) return false;
+        }
+        return true;
+    }
+
+ private:
+    /// Equal for faces with the same three positions, however turned.
+    static std::uint64_t key(const BaseMesh& mesh, const std::vector<GridPoint>& grid, std::uint32_t f) {
+        std::uint64_t sum = 0;
+        for (const std::uint32_t v : mesh.faces()[f]) {
+            std::uint64_t h = 0;
+            for (const std::int32_t x : grid[v]) h = (h ^ static_cast<std::uint32_t>(x)) * 0x9E3779B97F4A7C15ull;
+            sum += h ^ (h >> 29);
+        }
+        return sum;
+    }
+    [[nodiscard]] bool same_corners(std::uint32_t f, std::uint32_t g, unsigned corner) const {
+        for (unsigned k = 0; k < 3; ++k)
+            if (coded_.grid[coded_.mesh.faces()[f][k]] != source_grid_[source_.faces()[g][(k + corner) % 3]])
+                return false;
+        return true;
+    }
+    /// Pairs f with g and everything connected to them; undoes all of it where they do not fit.
+    bool walk_from(std::uint32_t f, std::uint32_t g, unsigned corner) {
+        std::vector<std::uint32_t> done;
+        const bool fits = pair(f, g, corner, done) && walk(done);
+        if (!fits)
+            for (const std::uint32_t d : done) taken_[coded_.source_face[d]] = 0, coded_.source_face[d] = kNone;
+        return fits;
+    }
+    bool pair(std::uint32_t f, std::uint32_t g, unsigned corner, std::vector<std::uint32_t>& done) {
+        if (coded_.source_face[f] != kNone) return coded_.source_face[f] == g && coded_.source_corner[f] == corner;
+        if (taken_[g] || !same_corners(f, g, corner)) return false;
+        coded_.source_face[f] = g;
+        coded_.source_corner[f] = static_cast<std::uint8_t>(corner);
+        taken_[g] = 1;
+        done.push_back(f);
+        return true;
+    }
+    bool walk(std::vector<std::uint32_t>& done) {
+        for (std::size_t i = 0; i < done.size(); ++i) {
+            const std::uint32_t f = done[i], g = coded_.source_face[f];
+            for (unsigned s = 0; s < 3; ++s) {
+                unsigned side = 0, source_side = 0;
+                const std::uint32_t next = opposite_face(coded_.mesh, f, s, side);
+                const std::uint32_t source_next =
+                    opposite_face(source_, g, (s + coded_.source_corner[f]) % 3, source_side);
+                if ((next == kNone) != (source_next == kNone)) return false;
+                if (next != kNone && !pair(next, source_next, (source_side + 3 - side) % 3, done)) return false;
+            }
+        }
+        return true;
+    }
+
+    const BaseMesh& source_;
+    const std::vector<GridPoint>& source_grid_;
+    CodedBase& coded_;
+    std::vector<std::uint8_t> taken_;
+};
+
+/// Decodes the coder's own bytes and finds the source of every face; false where the mesh has changed.
+bool adopt(CodedBase& coded, const BaseMesh& source, const std::vector<GridPoint>& grid) {
+    // Bytes beyond what Draco reads are allowed: they make room for a mesh so regular that it takes next to none.
+    coded.draco.resize(std::max<std::size_t>(coded.draco.size(), source.face_count() / kMaxFacesPerByte + 1));
+    Result<DracoMesh> mesh = read_draco(coded.draco, coded.sequential, source.vertex_count(), source.face_count());
+    if (!mesh.ok() || mesh->grid.size() != source.vertex_count()) return false;
+    Result<BaseMesh> topology = BaseMesh::create(source.vertex_count(), std::move(mesh->faces));
+    if (!topology.ok() || topology->face_count() != source.face_count() ||
+        topology->edge_count() != source.edge_count())
+        return false;
+    coded.mesh = std::move(*topology);
+    coded.grid = std::move(mesh->grid);
+    return Matcher(source, grid, coded).run();
+}
+
+class LabelWriter {
+ public:
+    bool code(AdaptiveBit& bit, bool value) {
+        encoder_.encode(value, bit.probability());
+        bit.learn(value);
+        return value;
+    }
+    Bytes finish() { return encoder_.finish(); }
+
+ private:
+    RangeEncoder encoder_;
+};
+
+void write_section(ByteWriter& out, ByteSpan bytes) {
+    out.varint(bytes.size());
+    out.bytes(bytes);
+}
+
+}  // namespace
+
+CodedBase code_base(const BaseMesh& source, const std::vector<Vec3>& points, unsigned bits) {
+    std::vector<GridPoint> grid(source.vertex_count());
+    for (std::size_t v = 0; v < grid.size(); ++v)
+        for (std::size_t k = 0; k < 3; ++k)
+            grid[v][k] = static_cast<std::int32_t>(std::lround(std::ldexp(points[v][k], static_cast<int>(bits))));
+    const std::unique_ptr<draco::Mesh> mesh = draco_mesh(source, grid);
+    CodedBase best;
+    for (const int speed : {0, 1, 3, 5, 7}) {
+        CodedBase coded;
+        coded.draco = run_draco(*mesh, false, speed);
+        if (coded.draco.empty() || (!best.draco.empty() && coded.draco.size() >= best.draco.size())) continue;
+        if (adopt(coded, source, grid)) best = std::move(coded);
+    }
+    if (best.draco.empty()) {
+        best.sequential = true;
+        best.draco = run_draco(*mesh, true, 0);
+        const bool kept = adopt(best, source, grid);
+        assert(kept);
+        (void)kept;
+    }
+    return best;
+}
+
+SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base) {
+    SemiRegularMesh out;
+    out.base = base.mesh;
+    out.levels = source.levels;
+    out.positions.resize(source.positions.size());
+    out.colors.resize(source.colors.size());
+    std::vector<std::uint32_t> from, to;
+    const std::uint32_t n = 1u << source.levels;
+    for (std::uint32_t f = 0; f < base.mesh.face_count(); ++f) {
+        patch_vertices(out.base, f, source.levels, to);
+        patch_vertices(source.base, base.source_face[f], source.levels, from);
+        const unsigned corner = base.source_corner[f];
+        std::size_t at = 0;
+        for (std::uint32_t i = 0; i <= n; ++i)
+            for (std::uint32_t k = 0; i + k <= n; ++k, ++at) {
+                // Weights over the corners 0, 1, 2 of f; corner c of f is corner (c + corner) mod 3 of the source.
+                const std::array<std::uint32_t, 3> w = {n - i - k, i, k};
+                const std::uint32_t si = w[(4 - corner) % 3], sk = w[(5 - corner) % 3];
+                const std::size_t row = std::size_t{si} * (n + 1) - std::size_t{si} * (si - (si > 0)) / 2;
+                out.positions[to[at]] = source.positions[from[row + sk]];
+                if (!out.colors.empty()) out.colors[to[at]] = source.colors[from[row + sk]];
+            }
+    }
+    if (!source.creases.empty()) {
+        out.creases.resize(out.base.edge_count());
+        for (std::uint32_t f = 0; f < out.base.face_count(); ++f)
+            for (unsigned s = 0; s < 3; ++s)
+                out.creases[out.base.edge_of(f, s)] =
+                    source.creases[source.base.edge_of(base.source_face[f], (s + base.source_corner[f]) % 3)];
+    }
+    for (std::uint32_t f = 0; !source.materials.empty() && f < out.base.face_count(); ++f)
+        out.materials.push_back(source.materials[base.source_face[f]]);
+    return out;
+}
+
+Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartParams& params) {
+    const TransformOptions &t = params.transform, defaults;
+    const bool own_transform = t.s != defaults.s || t.table1_weights != defaults.table1_weights ||
+                               t.loop_template != defaults.loop_template || t.local_frames != defaults.local_frames;
+    const bool creases = std::any_of(mesh.creases.begin(), mesh.creases.end(), [](std::uint8_t c) { return c != 0; });
+    ByteWriter out;
+    out.u8(static_cast<std::uint8_t>((base.sequential ? kBaseSequential : 0) | (creases ? kBaseCreases : 0) |
+                                     (mesh.materials.empty() ? 0 : kBaseMaterials) |
+                                     (own_transform ? kBaseTransform : 0)));
+    out.u8(params.error_code);
+    out.u8(params.base_bits);
+    if (mesh.levels > 0) {
+        out.u8(params.tangent);
+        out.u8(params.reconstruction);
+        for (const std::uint8_t code : params.steps) out.u8(code);
+    }
+    if (own_transform) {
+        out.f32(static_cast<float>(t.s));
+        out.u8(static_cast<std::uint8_t>((t.table1_weights ? 1 : 0) | (t.loop_template == 4 ? 2 : 0) |
+                                         (t.local_frames ? 0 : 4)));
+    }
+    write_section(out, base.draco);
+    if (creases) {
+        LabelWriter writer;
+        std::vector<std::uint8_t> bits = mesh.creases;
+        code_creases(mesh.base, bits, writer);
+        write_section(out, writer.finish());
+    }
+    if (!mesh.materials.empty()) {
+        LabelWriter writer;
+        std::vector<std::uint32_t> labels = mesh.materials;
+        code_materials(mesh.base, labels, writer);
+        write_section(out, writer.finish());
+    }
+    return out.take();
+}
+
+}  // namespace mvw

@@ -1,0 +1,29 @@
+// Writes a Base chunk, and gives the part the order of faces and vertices that a decoder will find in it.
+#pragma once
+#include "codec/bytes.h"
+#include "codec/dec_base.h"
+#include "codec/mesh/semi_regular.h"
+
+namespace mvw {
+
+/// Level 0 of a part coded by Draco on a grid, and how the decoded mesh maps to the source.
+struct CodedBase {
+    Bytes draco;  // without the 11 bytes in front
+    bool sequential = false;
+    BaseMesh mesh;                                  // as a decoder will have it
+    std::vector<std::array<std::int32_t, 3>> grid;  // its vertices' positions, in units of 2^-bits
+    std::vector<std::uint32_t> source_face;         // of each decoded face, and
+    std::vector<std::uint8_t> source_corner;        // which corner of it became corner 0
+};
+
+/// points: the source's vertices in coded space (within [-0.6, 0.6]). bits: 1 to 30. Cannot fail for a valid base: what
+/// edgebreaker would change is coded sequentially.
+CodedBase code_base(const BaseMesh& source, const std::vector<Vec3>& points, unsigned bits);
+
+/// The same surface, named in the order of the coded base: positions, creases, materials and colours moved along.
+SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base);
+
+/// The whole payload. mesh: after renumber().
+Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartParams& params);
+
+}  // namespace mvw

@@ -1,0 +1,138 @@
+#include "codec/enc_order.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace mvw {
+
+namespace {
+
+constexpr double kHeadBytes = 6;
+
+/// Consecutive planes [first, last] of one block.
+struct Run {
+    std::size_t part, block, first, last;
+    double bytes = kHeadBytes, gain = 0;
+    bool sent = false;
+
+    [[nodiscard]] double slope() const { return gain / bytes; }
+};
+
+Run joined(const Run& a, const Run& b) {
+    return {a.part, a.block, a.first, b.last, a.bytes + b.bytes - kHeadBytes, a.gain + b.gain};
+}
+
+/// Runs of a block: at least so many bytes each, slopes falling from one to the next.
+std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t index, const OrderOptions& options) {
+    std::vector<Run> runs;
+    const auto least = static_cast<double>(options.least_bytes) + kHeadBytes;
+    for (std::size_t p = 0; p < block.planes.planes.size(); ++p) {
+        Run run{part, index, p, p};
+        run.bytes += static_cast<double>(block.planes.planes[p].bytes.size());
+        run.gain = block.gain[p] * options.area_share[part];
+        if (!runs.empty() && runs.back().bytes < least) {
+            runs.back() = joined(runs.back(), run);
+        } else {
+            runs.push_back(run);
+        }
+        while (runs.size() > 1 && (runs.back().slope() >= runs[runs.size() - 2].slope() ||
+                                   (p + 1 == block.planes.planes.size() && runs.back().bytes < least))) {
+            runs[runs.size() - 2] = joined(runs[runs.size() - 2], runs.back());
+            runs.pop_back();
+        }
+    }
+    return runs;
+}
+
+class Orderer {
+ public:
+    Orderer(const std::vector<CodedPart>& parts, const OrderOptions& options) : parts_(parts), options_(options) {
+        error_ = options.floor;
+        for (std::size_t part = 0; part < parts.size(); ++part) {
+            error_ += parts[part].rounding * options.area_share[part];
+            runs_.emplace_back();
+            for (std::size_t b = 0; b < parts[part].blocks.size(); ++b) {
+                runs_.back().push_back(runs_of(parts[part].blocks[b], part, b, options));
+                for (const Run& run : runs_.back().back()) error_ += run.gain;
+            }
+        }
+    }
+
+    std::vector<PlannedChunk> run() {
+        send_bases();
+        std::vector<Run*> order;
+        for (auto& blocks : runs_)
+            for (auto& runs : blocks)
+                for (Run& run : runs) order.push_back(&run);
+        std::stable_sort(order.begin(), order.end(),
+                         [](const Run* a, const Run* b) { return a->slope() > b->slope(); });
+        for (Run* run : order) send(*run);
+        return std::move(out_);
+    }
+
+ private:
+    void send_bases() {
+        std::vector<std::size_t> order(parts_.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            return parts_[a].base.draco.size() < parts_[b].base.draco.size();
+        });
+        for (const std::size_t part : order) {
+            PlannedChunk& chunk = out_.emplace_back();
+            chunk.id.part = static_cast<std::uint16_t>(part);
+            chunk.payload = write_base(parts_[part].base, parts_[part].mesh, parts_[part].params);
+            chunk.error = error_;
+        }
+    }
+
+    [[nodiscard]] const CodedBlock& block_of(const Run& run) const { return parts_[run.part].blocks[run.block]; }
+    [[nodiscard]] unsigned lowest_plane(const Run& run) const { return block_of(run).planes.planes[run.last].plane; }
+
+    /// The run, behind what it builds on: higher planes of its block, and those of the parent above its lowest plane.
+    void send(Run& run) {
+        if (run.sent) return;
+        run.sent = true;
+        for (Run& earlier : runs_[run.part][run.block])
+            if (earlier.last < run.first) send(earlier);
+        const CodedBlock& block = block_of(run);
+        bool needs_parent = false;
+        if (block.level >= 2)
+            for (Run& above : runs_[run.part][run.block - 1])
+                if (block_of(above).planes.planes[above.first].plane > lowest_plane(run)) {
+                    needs_parent = true;
+                    send(above);
+                }
+        write(run, needs_parent);
+    }
+
+    void write(const Run& run, bool needs_parent) {
+        const CodedBlock& block = block_of(run);
+        error_ -= run.gain;
+        PlannedChunk& chunk = out_.emplace_back();
+        chunk.id = {static_cast<std::uint16_t>(run.part), block.tile, block.level,
+                    static_cast<std::uint8_t>(options_.layers - 1 - lowest_plane(run)), Channel::Geometry};
+        chunk.error = std::max(error_, 0.0);
+        ByteWriter out;
+        write_geometry_front(out, {0, block.planes.planes[run.first].plane, run.first == 0, needs_parent});
+        for (std::size_t p = run.first; p <= run.last; ++p) {
+            const Bytes& bytes = block.planes.planes[p].bytes;
+            if (p < run.last) out.varint(bytes.size());
+            out.bytes(bytes);
+        }
+        chunk.payload = out.take();
+    }
+
+    const std::vector<CodedPart>& parts_;
+    const OrderOptions& options_;
+    std::vector<std::vector<std::vector<Run>>> runs_;  // part, block
+    std::vector<PlannedChunk> out_;
+    double error_ = 0;
+};
+
+}  // namespace
+
+std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, const OrderOptions& options) {
+    return Orderer(parts, options).run();
+}
+
+}  // namespace mvw

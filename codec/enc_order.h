@@ -1,0 +1,28 @@
+// Which planes form a chunk, and in which order chunks lie in the file: by error reduction per byte, as far as what
+// they build on allows.
+#pragma once
+#include <vector>
+
+#include "codec/container/chunk.h"
+#include "codec/enc_part.h"
+
+namespace mvw {
+
+/// A chunk of a file to be.
+struct PlannedChunk {
+    ChunkId id;
+    Bytes payload;
+    double error = 0;  // estimate of the mean squared surface error once it and all before it are there
+};
+
+struct OrderOptions {
+    unsigned layers = 1;             // planes of the whole file: layer = layers - 1 - plane
+    std::size_t least_bytes = 200;   // planes are put together until a chunk has as many
+    std::vector<double> area_share;  // of each part
+    double floor = 0;                // mean squared error that remeshing left
+};
+
+/// Bases first, small ones before large ones. Then every plane of every block.
+std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, const OrderOptions& options);
+
+}  // namespace mvw

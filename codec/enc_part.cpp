@@ -1,0 +1,130 @@
+#include "codec/enc_part.h"
+
+#include <algorithm>
+
+#include "codec/tiles.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr float kReconstruction = 0.4f;    // best between 0.33 and 0.45 on real scans
+constexpr std::uint8_t kTangent = 3 * 16;  // tangential steps are 3 times the normal ones
+
+/// Weights of a coefficient's squared error in the surface's mean squared error.
+struct Weights {
+    std::array<double, 3> of{};
+};
+
+/// Tangential moves slide along the surface: they count as their coarser step says. Level 0 is in model axes, of which
+/// a third is normal.
+Weights error_weights(const LevelGain& gain, unsigned level, double vertices, double tangent) {
+    const double n = gain.normal * gain.normal / vertices, t = n / (tangent * tangent);
+    if (level == 0) return {{(n + 2 * t) / 3, (n + 2 * t) / 3, (n + 2 * t) / 3}};
+    return {{n, t, t}};
+}
+
+/// Steps whose errors weigh the same on every level; plane 0 leaves about `error`.
+void choose_steps(PartParams& params, unsigned levels, double error, const std::vector<LevelGain>& gains) {
+    const double move = error * 2.2;  // of the finest vertices by one step; measured with dead zone and tangents
+    const double tangent = params.tangent_factor();
+    for (unsigned level = 0; level <= levels; ++level) {
+        const double axes = level == 0 ? std::sqrt(3 / (1 + 2 / (tangent * tangent))) : 1;
+        params.steps.push_back(step_to_code(std::min(move * axes / gains[level].normal, 1.0)));
+    }
+}
+
+std::vector<Vec3f> coefficients_of(const SemiRegularMesh& mesh, const CodedBase& base, const PartParams& params,
+                                   unsigned threads) {
+    std::vector<Vec3f> positions(mesh.positions.size()), out(mesh.positions.size());
+    std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(), to_float);
+    PatchTransform(mesh.base, mesh.levels, params.transform, mesh.creases, threads).analyze(positions, out);
+    const auto grid = static_cast<float>(params.grid());
+    for (std::size_t v = 0; v < base.grid.size(); ++v) {
+        const auto& g = base.grid[v];
+        out[v] -= Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} * grid;
+    }
+    return out;
+}
+
+double tangential_share(const std::vector<Vec3f>& coefficients, const BaseMesh& base) {
+    double all = 0, tangential = 0;
+    for (std::size_t v = vertices_at_level(base, 1); v < coefficients.size(); ++v) {
+        const Vec3 d = to_double(coefficients[v]);
+        all += squared_length(d);
+        tangential += d.y * d.y + d.z * d.z;
+    }
+    return all > 0 ? tangential / all : 0;
+}
+
+CodedBlock code_block(const CodedPart& part, const Tiling& tiling, const std::vector<Vec3f>& coefficients,
+                      std::uint16_t tile, unsigned level, std::span<const std::uint32_t> parent, const Weights& weight,
+                      double& left) {
+    const BlockShape shape(part.mesh.base, tiling, tile, level);
+    const float step = part.params.step(level), across = level == 0 ? step : step * part.params.tangent_factor();
+    std::vector<float> scaled(shape.size() * 3);
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        const Vec3f& c = coefficients[shape.indices()[i]];
+        scaled[3 * i] = c.x / step, scaled[3 * i + 1] = c.y / across, scaled[3 * i + 2] = c.z / across;
+    }
+    CodedBlock block;
+    block.tile = tile;
+    block.level = static_cast<std::uint8_t>(level);
+    block.planes = encode_block(shape, 3, scaled, parent, part.params.reconstruction_point());
+    const std::array<double, 3> unit = {double{step} * step * weight.of[0], double{across} * across * weight.of[1],
+                                        double{across} * across * weight.of[2]};
+    for (std::size_t k = 0; k < scaled.size(); ++k) left += double{scaled[k]} * scaled[k] * unit[k % 3];
+    for (const EncodedPlane& plane : block.planes.planes) {
+        double gain = 0;
+        for (unsigned c = 0; c < 3; ++c) gain += plane.error_reduction[c] * unit[c];
+        block.gain.push_back(gain);
+        left -= gain;
+    }
+    return block;
+}
+
+}  // namespace
+
+CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
+                    unsigned threads) {
+    CodedPart part;
+    part.params.transform = transform;
+    part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
+    part.params.tangent = transform.local_frames ? kTangent : 16;
+    part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
+    if (mesh.levels == 0) {
+        part.base = code_base(mesh.base, mesh.positions, precision.base_bits);
+        part.mesh = renumber(mesh, part.base);
+        return part;
+    }
+    // The base carries the coarse positions that analysis leaves, not samples of the surface.
+    const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);
+    choose_steps(part.params, mesh.levels, precision.error, gains);
+    const auto coarse = [&] {
+        std::vector<Vec3f> in(mesh.positions.size()), out(mesh.positions.size());
+        std::transform(mesh.positions.begin(), mesh.positions.end(), in.begin(), to_float);
+        PatchTransform(mesh.base, mesh.levels, transform, mesh.creases, threads).analyze(in, out);
+        std::vector<Vec3> points(mesh.base.vertex_count());
+        std::transform(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(points.size()), points.begin(),
+                       to_double);
+        return points;
+    }();
+    part.base = code_base(mesh.base, coarse, precision.base_bits);
+    part.mesh = renumber(mesh, part.base);
+
+    const std::vector<Vec3f> coefficients = coefficients_of(part.mesh, part.base, part.params, threads);
+    part.tangential_share = tangential_share(coefficients, part.mesh.base);
+    const Tiling tiling(part.mesh.base, tile_of_faces(part.mesh.base, precision.tiles), precision.tiles);
+    const auto vertices = static_cast<double>(part.mesh.positions.size());
+    for (std::uint32_t tile = 0; tile < precision.tiles; ++tile)
+        for (unsigned level = 0; level <= mesh.levels; ++level) {
+            std::span<const std::uint32_t> parent;
+            if (level >= 2) parent = part.blocks.back().planes.entries;
+            const Weights weights = error_weights(gains[level], level, vertices, part.params.tangent_factor());
+            part.blocks.push_back(code_block(part, tiling, coefficients, static_cast<std::uint16_t>(tile), level,
+                                             parent, weights, part.rounding));
+        }
+    return part;
+}
+
+}  // namespace mvw

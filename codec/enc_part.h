@@ -1,0 +1,39 @@
+// One part of a model on its way into chunks: coded base, coefficients in units of their steps, bit-planes by block.
+#pragma once
+#include <vector>
+
+#include "codec/dec_part.h"
+#include "codec/enc_base.h"
+#include "codec/entropy/enc_block.h"
+
+namespace mvw {
+
+/// How finely a part is to be coded.
+struct PartPrecision {
+    unsigned base_bits = 10;
+    unsigned tiles = 1;
+    double error = 1e-4;  // wanted RMS surface error of the rounding alone, fraction of the diagonal
+};
+
+/// The planes of one block. Distortions are squared distances times the block's vertices' share of the part's.
+struct CodedBlock {
+    std::uint16_t tile = 0;
+    std::uint8_t level = 0;
+    EncodedBlock planes;
+    std::vector<double> gain;  // by how much each plane lowers the part's mean squared surface error
+};
+
+struct CodedPart {
+    SemiRegularMesh mesh;  // in the base's order, in units of the diagonal around the centre
+    CodedBase base;
+    PartParams params;
+    std::vector<CodedBlock> blocks;  // tile-major, levels within; empty for a part of 0 levels
+    double tangential_share = 0;     // of the details' energy from level 2 up
+    double rounding = 0;             // mean squared surface error that plane 0 leaves
+};
+
+/// mesh: positions in units of the diagonal around the centre.
+CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
+                    unsigned threads);
+
+}  // namespace mvw

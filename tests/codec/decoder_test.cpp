@@ -1,0 +1,215 @@
+#include "codec/decoder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "codec/container/crc32c.h"
+#include "codec/container/enc_file.h"
+#include "codec/measure/surface_error.h"
+#include "tests/support/encoded_models.h"
+#include "tests/support/semi_regular_models.h"
+
+namespace mvw {
+namespace {
+
+bool same(const Mesh& a, const Mesh& b) {
+    return a.positions == b.positions && a.faces == b.faces && a.materials == b.materials;
+}
+
+std::size_t end_of_bases(const Toc& toc) {
+    std::size_t end = 0;
+    for (const ChunkEntry& c : toc.chunks)
+        if (c.id.channel == Channel::Base) end = c.offset + c.length;
+    return end;
+}
+
+TEST(Decoder, ByteAtATimeEqualsOneShot) {
+    const Bytes& file = small_file().file;
+    Decoder slow;
+    for (const std::byte& b : file) ASSERT_TRUE(slow.feed({&b, 1}).ok());
+    EXPECT_TRUE(slow.state().complete);
+    EXPECT_EQ(slow.state().damaged, 0u);
+    EXPECT_EQ(slow.state().chunks, toc_of(file).chunks.size());
+    EXPECT_TRUE(same(slow.mesh().value(), decode(file).value()));
+}
+
+TEST(Decoder, EveryTruncationGivesTheBestMeshOfItsBytes) {
+    const Bytes& file = small_file().file;
+    const Toc toc = toc_of(file);
+    const Mesh finest = plain(bumpy_ball(3));
+    double best = 1;
+    for (std::size_t n = 0; n <= file.size(); ++n) {
+        const Bytes prefix(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(n));
+        const Result<Mesh> mesh = decode(prefix);
+        if (n < end_of_bases(toc)) {
+            EXPECT_FALSE(mesh.ok()) << n;
+            continue;
+        }
+        ASSERT_TRUE(mesh.ok()) << n << ": " << mesh.error().message;
+        if (n % 16 != 0) continue;
+        const double rms = surface_error(finest, *mesh, {2000, 1}).rms;
+        EXPECT_LT(rms, best * 1.03) << "more bytes made it worse at " << n;  // of few samples
+        best = std::min(best, rms);
+    }
+    EXPECT_LT(best, 6e-4);
+}
+
+TEST(Decoder, ChunksInAnyOrderGiveTheSameMesh) {
+    const Bytes& file = small_file().file;
+    Toc toc = toc_of(file);
+    const Mesh whole = decode(file).value();
+    std::mt19937 random(7);
+    for (int round = 0; round < 20; ++round) {
+        std::shuffle(toc.chunks.begin(), toc.chunks.end(), random);
+        Decoder decoder;
+        ASSERT_TRUE(decoder.feed_header(file).ok());
+        for (const ChunkEntry& c : toc.chunks) {
+            ASSERT_TRUE(decoder.feed_chunk(c.id, payload_of(file, c), c.crc32c).ok());
+            ASSERT_TRUE(decoder.feed_chunk(c.id, payload_of(file, c), c.crc32c).ok()) << "twice does no harm";
+        }
+        EXPECT_TRUE(same(decoder.mesh().value(), whole));
+    }
+}
+
+TEST(Decoder, ADamagedChunkIsSkippedAndTheRestStillDecodes) {
+    const Bytes& file = small_file().file;
+    const Toc toc = toc_of(file);
+    const Mesh finest = plain(bumpy_ball(3));
+    for (std::size_t i = toc.header.parts.size(); i < toc.chunks.size(); ++i) {
+        Bytes damaged = file;
+        damaged[toc.chunks[i].offset + toc.chunks[i].length / 2] ^= std::byte{0x10};
+        Decoder stream;
+        EXPECT_TRUE(stream.feed(damaged).ok());
+        EXPECT_EQ(stream.state().damaged, 1u);
+        EXPECT_FALSE(stream.state().complete);
+        const double rms = surface_error(finest, stream.mesh().value(), {2000, 1}).rms;
+        EXPECT_LT(rms, 0.1);
+        EXPECT_TRUE(same(stream.mesh().value(), decode(damaged).value()));
+    }
+}
+
+TEST(Decoder, NoFlippedByteCrashesItOrGoesUnnoticed) {
+    const Bytes& file = small_file().file;
+    const std::uint64_t body_end = toc_of(file).header.index_offset;
+    for (std::size_t at = 0; at < file.size(); ++at)
+        for (const unsigned flip : {0x01u, 0xFFu}) {
+            Bytes damaged = file;
+            damaged[at] ^= static_cast<std::byte>(flip);
+            Decoder decoder;
+            const bool fed = decoder.feed(damaged).ok();
+            decoder.finish();
+            (void)decoder.mesh().ok();
+            if (at < body_end) {
+                EXPECT_TRUE(!fed || !decoder.state().complete) << "byte " << at;
+            }
+            (void)decode(damaged).ok();
+        }
+}
+
+TEST(Decoder, AWrongChecksumIsReportedAndTheChunkCanComeAgain) {
+    const Bytes& file = small_file().file;
+    const Toc toc = toc_of(file);
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed_header(file).ok());
+    for (const ChunkEntry& c : toc.chunks) {
+        const Result<void> wrong = decoder.feed_chunk(c.id, payload_of(file, c), c.crc32c ^ 1u);
+        ASSERT_FALSE(wrong.ok());
+        EXPECT_EQ(wrong.error().code, Errc::Malformed);
+        ASSERT_TRUE(decoder.feed_chunk(c.id, payload_of(file, c), c.crc32c).ok());
+    }
+    EXPECT_TRUE(same(decoder.mesh().value(), decode(file).value()));
+}
+
+TEST(Decoder, StopsAtTheLevelThatFitsItsLimits) {
+    const Bytes& file = small_file().file;
+    Limits limits;
+    limits.max_vertices = 100;  // level 2 has 66
+    EXPECT_EQ(decode(file, 255, limits)->positions.size(), 66u);
+    limits = {};
+    limits.max_memory_bytes = 192 * 20;
+    EXPECT_EQ(decode(file, 255, limits)->positions.size(), 18u);
+}
+
+TEST(Decoder, EveryLevelHasItsVertices) {
+    const Bytes& file = small_file().file;
+    for (unsigned level = 0; level <= 3; ++level)
+        EXPECT_EQ(decode(file, level)->positions.size(), vertices_at_level(bumpy_ball(0).base, level));
+}
+
+TEST(Decoder, ChunksOfUnknownChannelsAreIgnored) {
+    const Bytes& file = small_file().file;
+    const Toc toc = toc_of(file);
+    std::vector<ChunkToWrite> chunks;
+    for (const ChunkEntry& c : toc.chunks) chunks.push_back({c.id, payload_of(file, c), c.error});
+    const Bytes news(50, std::byte{42});
+    chunks.insert(chunks.begin() + 2, {{0, 0, 1, 0, Channel{7}}, news, chunks[1].error});
+    const Bytes newer = write_file(toc.header, chunks).value();
+    EXPECT_TRUE(same(decode(newer).value(), decode(file).value()));
+}
+
+/// A file of one part whose Base payload is `payload` and whose header says 4 vertices, 4 faces.
+Bytes file_with_base(const Bytes& payload) {
+    FileHeader header;
+    EXPECT_TRUE(set_box(header, {0, 0, 0}, 1).ok());
+    header.transform = 9;
+    header.layers = 1;
+    header.parts = {{0, 4, 6, 4, 1}};
+    return write_file(header, std::vector<ChunkToWrite>{{{}, payload, 0.1f}}).value();
+}
+
+TEST(Decoder, ABaseThatAsksForGigabytesIsRefusedBeforeDracoSeesIt) {
+    for (const bool sequential : {false, true}) {
+        ByteWriter base;
+        base.u8(sequential ? 1 : 0);
+        base.u8(0);
+        base.u8(10);
+        base.varint(20);
+        if (!sequential) base.u8(0);
+        base.varint(0x7FFFFFFF);
+        base.varint(0x2AAAAAAA);
+        while (base.size() < 24) base.u8(0xFF);
+        EXPECT_FALSE(decode(file_with_base(base.take())).ok());
+    }
+}
+
+TEST(Decoder, RandomBytesInTheBaseNeverCrashIt) {
+    std::mt19937 random(3);
+    for (int round = 0; round < 3000; ++round) {
+        ByteWriter base;
+        const bool sequential = random() % 4 == 0;
+        base.u8(sequential ? 1 : 0);
+        base.u8(0);
+        base.u8(10);
+        const unsigned length = 10 + random() % 60;
+        base.varint(length);
+        if (!sequential) base.u8(static_cast<std::uint8_t>(random() % 3));
+        base.varint(4);
+        base.varint(4);
+        for (unsigned i = sequential ? 2 : 3; i < length; ++i)
+            base.u8(static_cast<std::uint8_t>(random() % 3 == 0 ? random() : random() % 4));
+        (void)decode(file_with_base(base.take())).ok();
+    }
+}
+
+TEST(Decoder, BytesBehindTheEndAreRefused) {
+    Bytes file = small_file().file;
+    file.push_back(std::byte{0});
+    Decoder decoder;
+    const Result<void> r = decoder.feed(file);
+    ASSERT_FALSE(r.ok());
+    EXPECT_EQ(r.error().code, Errc::Malformed);
+    EXPECT_TRUE(decoder.mesh().ok()) << "what was taken in stays usable";
+}
+
+TEST(Decoder, AsksForMoreUntilABaseIsThere) {
+    Decoder decoder;
+    EXPECT_EQ(decoder.mesh().error().code, Errc::NeedMoreData);
+    ASSERT_TRUE(decoder.feed(ByteSpan(small_file().file).first(60)).ok());
+    EXPECT_EQ(decoder.mesh().error().code, Errc::NeedMoreData);
+    EXPECT_NE(decoder.header(), nullptr);
+}
+
+}  // namespace
+}  // namespace mvw

@@ -1,0 +1,220 @@
+#include "codec/encoder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "codec/decoder.h"
+#include "codec/enc_base.h"
+#include "codec/measure/surface_error.h"
+#include "codec/tiles.h"
+#include "tests/support/encoded_models.h"
+#include "tests/support/meshes.h"
+#include "tests/support/models.h"
+#include "tests/support/semi_regular_models.h"
+
+namespace mvw {
+namespace {
+
+double decibels(double error) {
+    return -20 * std::log10(error);
+}
+
+TEST(EncodeParts, ReachesTheErrorItReports) {
+    const Encoded& e = small_file();
+    const Mesh finest = plain(bumpy_ball(3));
+    const double rms = surface_error(finest, decode(e.file).value(), {50'000, 1}).rms;
+    EXPECT_NEAR(decibels(e.rms), decibels(rms), 0.2);
+    EXPECT_LT(rms, 5e-4);
+    EXPECT_GT(rms, 1.5e-4) << "far finer than asked for: bytes wasted";
+    EXPECT_EQ(e.vertices, finest.positions.size());
+}
+
+TEST(EncodeParts, StatesErrorsThatAreTrueAtEveryChunk) {
+    const Bytes& file = small_file().file;
+    const Mesh finest = plain(bumpy_ball(3));
+    for (const ChunkEntry& c : toc_of(file).chunks) {
+        const Mesh mesh = decode(ByteSpan(file).first(c.offset + c.length)).value();
+        EXPECT_NEAR(decibels(surface_error(finest, mesh, {20'000, 1}).rms), decibels(c.error), 1.0)
+            << "at byte " << c.offset + c.length;
+    }
+}
+
+TEST(EncodeParts, IsDeterministicWhateverTheThreads) {
+    EncodeOptions options;
+    options.target_error = 1e-3;
+    options.threads = 1;
+    const Bytes one = encode_parts({bumpy_ball(4)}, options).file;
+    options.threads = 3;
+    EXPECT_EQ(encode_parts({bumpy_ball(4)}, options).file, one);
+}
+
+TEST(EncodeParts, EveryTransformRoundTrips) {
+    for (unsigned kind = 0; kind < kTransformCount; ++kind) {
+        EncodeOptions options;
+        options.transform.kind = TransformKind{static_cast<std::uint8_t>(kind)};
+        options.target_error = 1e-3;
+        const Encoded e = encode_parts({bumpy_ball(4)}, options);
+        EXPECT_LT(e.rms, 1e-3) << transform_name(options.transform.kind);
+        EXPECT_EQ(toc_of(e.file).header.transform, kind);
+    }
+}
+
+TEST(EncodeParts, TransformParametersTravelWithTheFile) {
+    EncodeOptions options;
+    options.transform = {TransformKind::Interp, 1.0, true, 4, false};
+    options.target_error = 1e-3;
+    EXPECT_LT(encode_parts({bumpy_ball(4)}, options).rms, 1e-3);
+}
+
+TEST(EncodeParts, ManyTilesRoundTripAndDecodeAlone) {
+    EncodeOptions options;
+    options.target_error = 1e-3;
+    options.tile_count = 8;
+    const Encoded e = encode_parts({bumpy_ball(4)}, options);
+    EXPECT_LT(e.rms, 1e-3);
+    EXPECT_EQ(toc_of(e.file).header.parts[0].tiles, 8);
+    Decoder some;
+    ASSERT_TRUE(some.feed_header(e.file).ok());
+    for (const ChunkEntry& c : toc_of(e.file).chunks)
+        if (c.id.tile == 0 || c.id.tile == 3) {
+            ASSERT_TRUE(some.feed_chunk(c.id, payload_of(e.file, c), c.crc32c).ok());
+        }
+    EXPECT_EQ(some.mesh()->faces.size(), 8u << 8) << "the other tiles stay coarse, nothing is missing";
+}
+
+TEST(EncodeParts, PartsOfEveryKindShareAFile) {
+    SemiRegularMesh alone = bumpy_ball(0), far = bumpy_ball(2);
+    for (Vec3& p : alone.positions) p += Vec3{3, 0, 0};
+    for (Vec3& p : far.positions) p += Vec3{0, 3, 0};
+    alone.materials.assign(8, 5);
+    far.materials = {1, 1, 2, 2, 1, 1, 2, 9};
+    far.creases.assign(far.base.edge_count(), 0);
+    for (std::size_t e = 0; e < far.creases.size(); e += 3) far.creases[e] = 1;
+    EncodeOptions options;
+    options.target_error = 1e-3;
+    const Encoded e = encode_parts({bumpy_ball(3), far, alone}, options);
+    EXPECT_LT(e.rms, 1e-3);
+    const Mesh mesh = decode(e.file).value();
+    ASSERT_EQ(mesh.materials.size(), mesh.faces.size());
+    EXPECT_EQ(std::count(mesh.materials.begin(), mesh.materials.end(), 5u), 8);
+    EXPECT_EQ(std::count(mesh.materials.begin(), mesh.materials.end(), 2u), 3 * 16);
+    EXPECT_EQ(std::count(mesh.materials.begin(), mesh.materials.end(), 9u), 16);
+}
+
+TEST(EncodeParts, WhatIsNotPayloadIsAFewPerCent) {
+    EncodeOptions options;
+    options.target_error = 2e-5;
+    const Bytes file = encode_parts({bumpy_ball(5)}, options).file;
+    const Toc toc = toc_of(file);
+    std::uint64_t payload = 0;
+    for (const ChunkEntry& c : toc.chunks) {
+        payload += c.length;
+        const std::uint64_t prefix = c.offset + c.length;
+        if (prefix >= 2500) {
+            EXPECT_LT(static_cast<double>(prefix - payload), 0.05 * static_cast<double>(prefix)) << prefix;
+        }
+    }
+    EXPECT_LT(static_cast<double>(file.size() - payload), 0.05 * static_cast<double>(file.size()));
+}
+
+TEST(CodedBase, KeepsTheSurfaceWhateverOrderDracoChose) {
+    for (const unsigned bits : {1u, 3u, 10u}) {
+        const SemiRegularMesh ball = bumpy_ball(2);
+        std::vector<Vec3> points(ball.positions.begin(), ball.positions.begin() + ball.base.vertex_count());
+        for (Vec3& p : points) p *= 0.3;  // at 1 bit many of them coincide
+        const CodedBase base = code_base(ball.base, points, bits);
+        const SemiRegularMesh moved = renumber(ball, base);
+        for (std::uint32_t v = 0; v < moved.base.vertex_count(); ++v)
+            for (std::size_t k = 0; k < 3; ++k)
+                EXPECT_NEAR(std::ldexp(base.grid[v][k], -int(bits)), 0.3 * moved.positions[v][k],
+                            std::ldexp(0.51, -int(bits)));
+        const auto order = [](const Vec3& a, const Vec3& b) {
+            return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+        };
+        std::vector<Vec3> before = ball.positions, after = moved.positions;
+        std::sort(before.begin(), before.end(), order);
+        std::sort(after.begin(), after.end(), order);
+        EXPECT_EQ(before, after);
+        EXPECT_LT(surface_error(plain(ball), plain(moved), {2000, 1}).max, 1e-12);
+    }
+}
+
+TEST(CodedBase, CoincidentVerticesAndManyEqualPartsKeepTheirConnections) {
+    // Forty tetrahedra within one cell of the grid: only their connections tell them apart.
+    std::vector<Face> faces;
+    std::vector<Vec3> points;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+        const std::uint32_t a = 4 * i;
+        for (const Face& f :
+             {Face{a, a + 2, a + 1}, Face{a, a + 1, a + 3}, Face{a + 1, a + 2, a + 3}, Face{a + 2, a, a + 3}})
+            faces.push_back(f);
+        for (int k = 0; k < 4; ++k) points.push_back({1e-4 * i, 1e-4 * k, 0});
+    }
+    const BaseMesh base = BaseMesh::create(160, faces).value();
+    const CodedBase coded = code_base(base, points, 6);
+    EXPECT_EQ(coded.mesh.face_count(), 160u);
+    EXPECT_EQ(std::set<std::uint32_t>(coded.source_face.begin(), coded.source_face.end()).size(), 160u);
+}
+
+TEST(Tiles, AreConnectedAndBalanced) {
+    Mesh grid = grid_mesh(30);
+    const BaseMesh base = BaseMesh::create(static_cast<std::uint32_t>(grid.positions.size()), grid.faces).value();
+    for (const unsigned tiles : {1u, 2u, 7u, 64u, 1800u}) {
+        const std::vector<std::uint16_t> tile = tile_of_faces(base, tiles);
+        std::vector<std::uint32_t> size(tiles, 0);
+        for (const std::uint16_t t : tile) ++size.at(t);
+        EXPECT_GE(*std::min_element(size.begin(), size.end()), 1u);
+        EXPECT_LE(*std::max_element(size.begin(), size.end()), 3 * 1800 / tiles + 1) << tiles;
+        // Within each tile, faces that meet at an edge form one group.
+        std::vector<std::uint32_t> group(tile.size());
+        for (std::uint32_t f = 0; f < group.size(); ++f) group[f] = f;
+        const auto root = [&](std::uint32_t f) {
+            while (group[f] != f) f = group[f] = group[group[f]];
+            return f;
+        };
+        for (const BaseEdge& e : base.edges())
+            if (e.face[1] != kNone && tile[e.face[0]] == tile[e.face[1]]) group[root(e.face[0])] = root(e.face[1]);
+        std::set<std::uint32_t> groups;
+        for (std::uint32_t f = 0; f < group.size(); ++f) groups.insert(root(f));
+        EXPECT_EQ(groups.size(), tiles);
+    }
+}
+
+TEST(Encode, RefusesWhatHasNoSurface) {
+    Mesh flat;
+    flat.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+    flat.faces = {{0, 1, 2}};
+    EXPECT_FALSE(encode({}, {}).ok());
+    EXPECT_FALSE(encode(flat, {}).ok());
+}
+
+TEST(Encode, TheSmallestMeshesRoundTrip) {
+    for (const Mesh& mesh : {tetrahedron_mesh(), grid_mesh(1), moebius_mesh(7)}) {
+        const Result<Encoded> e = encode(mesh, {});
+        ASSERT_TRUE(e.ok()) << e.error().message;
+        EXPECT_LT(surface_error(mesh, decode(e->file).value(), {2000, 1}).rms, 1e-3)
+            << mesh.faces.size() << " faces: levels " << e->levels << ", base " << e->base_faces << ", alone "
+            << e->draco_area_share;
+    }
+}
+
+TEST(Encode, ARealModelStatesTrueErrorsAndNeverGetsWorse) {
+    MVW_SKIP_WITHOUT_MODELS();
+    const Mesh spot = clean_model("spot/spot_triangulated.obj");
+    const Encoded e = encode(spot, {}).value();
+    EXPECT_EQ(e.draco_area_share, 0);
+    const Toc toc = toc_of(e.file);
+    double best = 0;
+    for (const ChunkEntry& c : toc.chunks) {
+        const Mesh mesh = decode(ByteSpan(e.file).first(c.offset + c.length)).value();
+        const double psnr = surface_error(spot, mesh, {100'000, 0}).psnr;
+        EXPECT_NEAR(psnr, decibels(c.error), 1.0) << "at byte " << c.offset + c.length;
+        EXPECT_GT(psnr, best - 0.05) << "at byte " << c.offset + c.length;
+        best = std::max(best, psnr);
+    }
+}
+
+}  // namespace
+}  // namespace mvw

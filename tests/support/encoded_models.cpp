@@ -1,0 +1,40 @@
+#include "tests/support/encoded_models.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/meshes.h"
+#include "tests/support/semi_regular_models.h"
+
+namespace mvw {
+
+Encoded encode_parts(std::vector<SemiRegularMesh> parts, EncodeOptions options) {
+    Mesh whole;
+    for (const SemiRegularMesh& part : parts) whole = whole.faces.empty() ? plain(part) : join(whole, plain(part));
+    RemeshResult remeshed;
+    remeshed.parts = std::move(parts);
+    Encoded out;
+    const Result<void> r = encode_remeshed(whole, std::move(remeshed), options, out);
+    EXPECT_TRUE(r.ok());
+    return out;
+}
+
+Toc toc_of(const Bytes& file) {
+    const FileHeader header = read_header(file).value();
+    return read_toc(header, ByteSpan(file).subspan(header.index_offset), file.size()).value();
+}
+
+ByteSpan payload_of(const Bytes& file, const ChunkEntry& chunk) {
+    return ByteSpan(file).subspan(chunk.offset, chunk.length);
+}
+
+const Encoded& small_file() {
+    static const Encoded file = [] {
+        EncodeOptions options;
+        options.target_error = 5e-4;
+        options.threads = 1;
+        return encode_parts({bumpy_ball(3)}, options);
+    }();
+    return file;
+}
+
+}  // namespace mvw
