@@ -15,6 +15,10 @@ struct Fatal {
 };
 
 /// Each adds its subcommand, with its options and the callback that runs it.
+void add_encode(CLI::App& app);
+void add_decode(CLI::App& app);
+void add_info(CLI::App& app);
+void add_verify(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_serve(CLI::App& app);
 void add_view(CLI::App& app);

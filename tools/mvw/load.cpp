@@ -7,6 +7,10 @@ namespace mvw::cli {
 
 Mesh load_mesh(const std::string& path) {
     CleanReport report;
+    return load_mesh(path, report);
+}
+
+Mesh load_mesh(const std::string& path, CleanReport& report) {
     auto mesh = read_mesh(path, report);
     if (!mesh.ok()) throw Fatal{kFailure, mesh.error().message};
     return std::move(mesh).value();

@@ -7,6 +7,10 @@ int main(int argc, char** argv) {
     using namespace mvw::cli;
     CLI::App app{"Encodes triangle meshes into .mvw files, streams them, and decodes them progressively."};
     app.require_subcommand(1);
+    add_encode(app);
+    add_decode(app);
+    add_info(app);
+    add_verify(app);
     add_compare(app);
     add_serve(app);
     add_view(app);

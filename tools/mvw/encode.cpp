@@ -1,0 +1,143 @@
+// mvw encode: any mesh into a .mvw file.
+#include <fmt/core.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "codec/encoder.h"
+#include "codec/mesh/io/files.h"
+#include "tools/mvw/commands.h"
+#include "tools/mvw/load.h"
+
+namespace mvw::cli {
+namespace {
+
+struct EncodeArguments {
+    std::string input, output, transform = std::string(transform_name(TransformOptions{}.kind)), weights = "exact";
+    EncodeOptions options;
+    bool json = false;
+};
+
+double peak_megabytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+/// A line on the terminal that is written over as work goes on; nothing where standard error is no terminal.
+Progress progress_line() {
+    if (isatty(STDERR_FILENO) == 0) return {};
+    return [](const char* phase, double done) {
+        constexpr int kWidth = 30;
+        const int filled = static_cast<int>(done * kWidth);
+        fmt::print(stderr, "\r{:<12} [{:<30}] {:3.0f} %", phase, std::string(static_cast<std::size_t>(filled), '='),
+                   done * 100);
+        std::fflush(stderr);
+    };
+}
+
+void end_progress() {
+    if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:60}\r", "");
+}
+
+void print_json(const Encoded& e, double seconds) {
+    const nlohmann::ordered_json json{{"input_vertices", e.input_vertices},
+                                      {"input_faces", e.input_faces},
+                                      {"parts", e.parts},
+                                      {"draco_area_share", e.draco_area_share},
+                                      {"base_faces", e.base_faces},
+                                      {"levels", e.levels},
+                                      {"vertices", e.vertices},
+                                      {"bytes", e.file.size()},
+                                      {"base_bytes", e.base_bytes},
+                                      {"rms", e.rms},
+                                      {"max", e.max},
+                                      {"psnr", e.psnr},
+                                      {"tangential_share", e.tangential_share},
+                                      {"seconds", seconds},
+                                      {"peak_mb", peak_megabytes()},
+                                      {"transform", transform_name(e.transform)}};
+    fmt::print("{}\n", json.dump());
+}
+
+void print_cleaning(const CleanReport& r) {
+    const auto say = [](std::uint64_t count, const char* what) {
+        if (count > 0) fmt::print("  {} {}\n", count, what);
+    };
+    say(r.triangulated_polygons, "polygons cut into triangles");
+    say(r.welded_vertices, "vertices joined with others at the same place");
+    say(r.unused_vertices, "vertices that no face uses dropped");
+    say(r.degenerate_faces, "degenerate faces dropped");
+    say(r.duplicate_faces, "duplicate faces dropped");
+    say(r.split_edges, "non-manifold edges taken apart");
+    say(r.split_vertices, "vertices split");
+    say(r.turned_faces, "faces turned");
+    say(r.cut_edges, "edges cut open");
+}
+
+void print_text(const std::string& output, const Encoded& e, double seconds) {
+    fmt::print("{}: {} bytes ({} of them for base meshes) for {} vertices, {} faces\n", output, e.file.size(),
+               e.base_bytes, e.input_vertices, e.input_faces);
+    print_cleaning(e.cleaning);
+    fmt::print("  {} parts, {} base faces, {} levels, {} vertices at the finest\n", e.parts, e.base_faces, e.levels,
+               e.vertices);
+    fmt::print("  rms error {:.2e} of the diagonal ({:.2f} dB), largest {:.2e}\n", e.rms, e.psnr, e.max);
+    if (e.draco_area_share > 0)
+        fmt::print("  {:.1f} % of the surface coded by Draco alone\n", 100 * e.draco_area_share);
+    fmt::print("  {:.1f} seconds, {:.0f} MB\n", seconds, peak_megabytes());
+}
+
+void encode_file(EncodeArguments& arguments) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::optional<TransformKind> kind = transform_from_name(arguments.transform);
+    if (!kind) throw Fatal{kUsage, "unknown transform: " + arguments.transform};
+    EncodeOptions& options = arguments.options;
+    options.transform.kind = *kind;
+    options.transform.table1_weights = arguments.weights == "table1";
+    options.progress = progress_line();
+    CleanReport importing;
+    Mesh mesh = load_mesh(arguments.input, importing);
+    const Result<Encoded> encoded = encode(std::move(mesh), options);
+    end_progress();
+    if (!encoded.ok()) throw Fatal{kFailure, arguments.input + ": " + encoded.error().message};
+    if (const Result<void> r = write_file(arguments.output, encoded->file); !r.ok())
+        throw Fatal{kFailure, r.error().message};
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    Encoded report = *encoded;
+    report.cleaning.triangulated_polygons += importing.triangulated_polygons;
+    arguments.json ? print_json(report, seconds.count()) : print_text(arguments.output, report, seconds.count());
+}
+
+}  // namespace
+
+void add_encode(CLI::App& app) {
+    auto arguments = std::make_shared<EncodeArguments>();
+    EncodeOptions& options = arguments->options;
+    CLI::App* command = app.add_subcommand("encode", "Turns a triangle mesh into a .mvw file");
+    command->footer("Example: mvw encode bunny.ply bunny.mvw");
+    command->add_option("INPUT", arguments->input, "Mesh: .ply .obj .stl .off .gltf .glb")->required();
+    command->add_option("OUTPUT.mvw", arguments->output, "File to write")->required();
+    command->add_option("--transform", arguments->transform, "Wavelet transform, by name")->capture_default_str();
+    command->add_option("--levels", options.levels, "Levels above the base (default: chosen from the model)")
+        ->check(CLI::Range(0, 12));
+    command->add_option("--base-faces", options.base_faces, "Faces of the base mesh (default: chosen from the model)");
+    command->add_option("--target-error", options.target_error, "RMS error to reach, a fraction of the diagonal")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--tile-count", options.tile_count, "Tiles of each part (default: chosen from the model)");
+    command->add_option("--s", options.transform.s, "Shape of the rule at extraordinary vertices, in (0, 36/31]")
+        ->check(CLI::Range(1e-6, 36.0 / 31.0));
+    command->add_option("--weights", arguments->weights, "Lifting weights: computed (exact), or the paper's (table1)")
+        ->check(CLI::IsMember({"exact", "table1"}));
+    command->add_option("--template", options.transform.loop_template, "Lifting template of loop: 4 or 10")
+        ->check(CLI::IsMember({4, 10}));
+    command->add_option("--threads", options.threads, "Threads (default: all cores)");
+    command->add_flag("--json", arguments->json, "One JSON object of all figures");
+    command->callback([arguments] { encode_file(*arguments); });
+}
+
+}  // namespace mvw::cli

@@ -1,0 +1,160 @@
+// mvw info: what a .mvw file says of itself, without decoding it.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "codec/container/toc.h"
+#include "codec/mesh/io/files.h"
+#include "codec/transform/transform.h"
+#include "tools/mvw/commands.h"
+
+namespace mvw::cli {
+namespace {
+
+struct InfoArguments {
+    std::string input;
+    bool chunks = false, json = false;
+};
+
+/// A prefix of the file and what it decodes to.
+struct RatePoint {
+    std::uint64_t bytes = 0;
+    unsigned level = 0;
+    double error = 1;
+};
+
+/// The ends of chunks at which the error has fallen by a quarter of a decibel or more since the point before.
+std::vector<RatePoint> points_of(const Toc& toc) {
+    std::vector<RatePoint> points;
+    unsigned level = 0;
+    const std::size_t parts = toc.header.parts.size();
+    std::size_t bases = 0;
+    for (std::size_t i = 0; i < toc.chunks.size(); ++i) {
+        const ChunkEntry& c = toc.chunks[i];
+        level = std::max<unsigned>(level, c.id.level);
+        bases += c.id.channel == Channel::Base;
+        if (bases < parts) continue;
+        const bool last = i + 1 == toc.chunks.size();
+        if (!points.empty() && c.error > 0.972 * points.back().error && !last) continue;
+        points.push_back({c.offset + c.length, level, c.error});
+    }
+    return points;
+}
+
+std::string decibels(double error) {
+    return error > 0 ? fmt::format("{:.2f} dB", -20 * std::log10(error)) : "exact";
+}
+
+const char* channel_name(Channel channel) {
+    switch (channel) {
+        case Channel::Base:
+            return "base";
+        case Channel::Geometry:
+            return "geometry";
+        case Channel::Color:
+            return "color";
+    }
+    return "unknown";
+}
+
+Toc load_toc(const std::string& path) {
+    const Result<Bytes> file = read_file(path);
+    if (!file.ok()) throw Fatal{kFailure, file.error().message};
+    const Result<FileHeader> header = read_header(*file);
+    if (!header.ok()) throw Fatal{kFailure, path + ": " + header.error().message};
+    if (file->size() < header->file_bytes())
+        throw Fatal{kFailure, fmt::format("{}: cut at byte {} of {}: its index is missing", path, file->size(),
+                                          header->file_bytes())};
+    Result<Toc> toc = read_toc(*header, ByteSpan(*file).subspan(header->index_offset), file->size());
+    if (!toc.ok()) throw Fatal{kFailure, path + ": " + toc.error().message};
+    return std::move(toc).value();
+}
+
+struct Summary {
+    unsigned levels = 0, tiles = 0;
+    std::uint64_t base_bytes = 0;
+    std::vector<std::string> attributes;
+};
+
+Summary summary_of(const Toc& toc) {
+    Summary s;
+    for (const PartInfo& part : toc.header.parts)
+        s.levels = std::max<unsigned>(s.levels, part.levels), s.tiles += part.tiles;
+    for (const ChunkEntry& c : toc.chunks) {
+        if (c.id.channel == Channel::Base) s.base_bytes += c.length;
+        if (c.id.channel == Channel::Color && s.attributes.empty()) s.attributes.emplace_back("color");
+    }
+    return s;
+}
+
+std::string transform_of(const FileHeader& header) {
+    if (header.transform >= kTransformCount) return "unknown";
+    return std::string(transform_name(TransformKind{header.transform}));
+}
+
+void print_json(const Toc& toc, bool chunks) {
+    const Summary s = summary_of(toc);
+    nlohmann::ordered_json json{{"version", toc.header.version},
+                                {"transform", transform_of(toc.header)},
+                                {"levels", s.levels},
+                                {"tiles", s.tiles},
+                                {"layers", toc.header.layers},
+                                {"bytes", toc.header.file_bytes()},
+                                {"base_bytes", s.base_bytes},
+                                {"attributes", s.attributes},
+                                {"points", nlohmann::json::array()}};
+    for (const RatePoint& p : points_of(toc))
+        json["points"].push_back(nlohmann::ordered_json{{"bytes", p.bytes}, {"level", p.level}, {"error", p.error}});
+    if (chunks)
+        for (const ChunkEntry& c : toc.chunks)
+            json["chunks"].push_back(nlohmann::ordered_json{{"part", c.id.part},
+                                                            {"tile", c.id.tile},
+                                                            {"level", c.id.level},
+                                                            {"layer", c.id.layer},
+                                                            {"channel", channel_name(c.id.channel)},
+                                                            {"offset", c.offset},
+                                                            {"length", c.length},
+                                                            {"error", c.error}});
+    fmt::print("{}\n", json.dump());
+}
+
+void print_text(const Toc& toc, bool chunks) {
+    const Summary s = summary_of(toc);
+    fmt::print("version {}, {} bytes, of these {} for base meshes\n", toc.header.version, toc.header.file_bytes(),
+               s.base_bytes);
+    fmt::print("transform {}, {} levels, {} tiles, {} layers, {} chunks\n", transform_of(toc.header), s.levels, s.tiles,
+               toc.header.layers, toc.chunks.size());
+    for (const PartInfo& part : toc.header.parts)
+        fmt::print("part of {} levels over {} vertices, {} faces\n", part.levels, part.base_vertices, part.base_faces);
+    fmt::print("\n{:>10}  level  error\n", "bytes");
+    for (const RatePoint& p : points_of(toc)) fmt::print("{:>10}  {:>5}  {}\n", p.bytes, p.level, decibels(p.error));
+    if (!chunks) return;
+    fmt::print("\n{:>10}  {:>8}  part  tile  level  layer  channel   error after\n", "offset", "length");
+    for (const ChunkEntry& c : toc.chunks)
+        fmt::print("{:>10}  {:>8}  {:>4}  {:>4}  {:>5}  {:>5}  {:<8}  {}\n", c.offset, c.length, c.id.part, c.id.tile,
+                   c.id.level, c.id.layer, channel_name(c.id.channel), decibels(c.error));
+}
+
+void info(const InfoArguments& arguments) {
+    const Toc toc = load_toc(arguments.input);
+    arguments.json ? print_json(toc, arguments.chunks) : print_text(toc, arguments.chunks);
+}
+
+}  // namespace
+
+void add_info(CLI::App& app) {
+    auto arguments = std::make_shared<InfoArguments>();
+    CLI::App* command =
+        app.add_subcommand("info", "Says what is in a .mvw file, and the error that each size decodes to");
+    command->footer("Example: mvw info bunny.mvw --chunks");
+    command->add_option("INPUT.mvw", arguments->input, "File to look at")->required();
+    command->add_flag("--chunks", arguments->chunks, "List every chunk");
+    command->add_flag("--json", arguments->json,
+                      "One JSON object: version transform levels tiles layers bytes base_bytes attributes points");
+    command->callback([arguments] { info(*arguments); });
+}
+
+}  // namespace mvw::cli
