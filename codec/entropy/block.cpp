@@ -26,6 +26,10 @@ std::array<GridPoint, 2> other_directions(GridPoint d) {
     return {{{1, 0}, {0, 1}}};
 }
 
+bool inside(GridPoint p, std::int64_t n) {
+    return p.i >= 0 && p.k >= 0 && p.i + p.k <= n;
+}
+
 /// Grid point at parameter t along side s of a face (semi_regular.h).
 GridPoint side_point(unsigned s, std::int64_t n, std::int64_t t) {
     if (s == 0) return {t, 0};
@@ -46,7 +50,7 @@ class Locator {
 
     /// kNone for a point that is outside the face, not new at this level, or another tile's.
     [[nodiscard]] std::uint32_t operator()(std::uint32_t f, GridPoint p) const {
-        if (p.i < 0 || p.k < 0 || p.i + p.k > n_ || (p.i % 2 == 0 && p.k % 2 == 0)) return kNone;
+        if (!inside(p, n_) || (p.i % 2 == 0 && p.k % 2 == 0)) return kNone;
         if (p.k == 0) return on_side(f, 0, p.i);
         if (p.i + p.k == n_) return on_side(f, 1, p.k);
         if (p.i == 0) return on_side(f, 2, n_ - p.k);
@@ -93,22 +97,26 @@ std::vector<BlockShape::Neighbors> base_neighbors(const BaseMesh& base, const Ti
 BlockShape::Neighbors interior_neighbors(const Locator& place, std::uint32_t f, GridPoint p) {
     const GridPoint d = edge_direction(p), twice{2 * d.i, 2 * d.k};
     const auto [a, b] = other_directions(d);
-    return {place(f, p - a), place(f, p + a),     place(f, p - b),
-            place(f, p + b), place(f, p - twice), place(f, p + twice)};
+    return {place(f, p - a),     place(f, p + a),     place(f, p - b),     place(f, p + b),     place(f, p - twice),
+            place(f, p + twice), place(f, p - a - a), place(f, p + a + a), place(f, p - b - b), place(f, p + b + b)};
 }
 
-/// Neighbours of point t of a base edge: two inside each of its faces, two along it.
+/// Neighbours of point t of a base edge: those inside each of its faces, and those along it.
 BlockShape::Neighbors edge_neighbors(const Locator& place, const BaseEdge& e, std::int64_t n, std::int64_t t) {
     BlockShape::Neighbors list;
     list.fill(kNone);
-    unsigned filled = 0;
+    std::size_t near = 0, far = 6;
     for (unsigned side = 0; side < 2 && e.face[side] != kNone; ++side) {
         const GridPoint p = side_point(e.side[side], n, side == 0 ? t : n - t);
         for (const GridPoint d : other_directions(edge_direction(p)))
-            for (const GridPoint q : {p - d, p + d})
-                if (q.i >= 0 && q.k >= 0 && q.i + q.k <= n) list[filled++] = place(e.face[side], q);
+            for (const GridPoint q : {GridPoint{-d.i, -d.k}, d}) {
+                if (!inside(p + q, n)) continue;
+                list[near++] = place(e.face[side], p + q);
+                list[far++] = place(e.face[side], p + q + q);
+            }
     }
-    for (const std::int64_t u : {t - 2, t + 2}) list[u < t ? 4 : 5] = place(e.face[0], side_point(e.side[0], n, u));
+    list[4] = place(e.face[0], side_point(e.side[0], n, t - 2));
+    list[5] = place(e.face[0], side_point(e.side[0], n, t + 2));
     return list;
 }
 

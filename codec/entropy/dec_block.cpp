@@ -1,5 +1,6 @@
 #include "codec/entropy/dec_block.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <string>
@@ -10,50 +11,53 @@ namespace mvw {
 
 namespace {
 
-/// Answers code_plane() from a chunk's bytes.
+/// Answers a PlaneCoder from a chunk's bytes.
 template <bool kCut>
 class PlaneReader {
  public:
     explicit PlaneReader(ByteSpan bytes) : decoder_(bytes) {}
 
-    bool code(AdaptiveBit& model, std::size_t, unsigned) {
-        const bool bit = decoder_.decode(model.probability());
-        model.learn(bit);
-        return bit;
-    }
-    bool code_sign(std::size_t) { return decoder_.decode(1u << (kProbabilityBits - 1)); }
+    bool code(std::uint32_t probability, bool) { return decoder_.decode(probability); }
+    static constexpr bool any(std::size_t, std::size_t, unsigned) { return false; }
+    static constexpr std::uint32_t truth(std::size_t) { return 0; }
     [[nodiscard]] bool stopped() const { return kCut && decoder_.stopped(); }
 
  private:
     RangeDecoder<kCut> decoder_;
 };
 
+template <bool kCut>
+std::size_t decode(const BlockShape& shape, std::span<const std::uint32_t> parent, unsigned plane, ByteSpan bytes,
+                   BlockProgress& progress) {
+    PlaneReader<kCut> reader(bytes);
+    return PlaneCoder(shape, parent, plane, progress, reader).run();
+}
+
 }  // namespace
 
 Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDecoder* parent, unsigned plane,
                                         ByteSpan bytes, bool whole) {
-    if (plane >= plane_ || (started() && (plane + 1 != plane_ || complete_ != entries_.size())))
+    const bool follows = started() ? plane + 1 == plane_ && complete_ == progress_->entries.size() : plane < kMaxPlanes;
+    if (!follows)
         return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(plane) + " does not follow those before it"};
-    entries_.resize(shape.size() * components_);
+    if (!started()) {
+        progress_.emplace(shape.size(), components_);
+        progress_->top = plane;
+    }
     plane_ = plane;
     std::span<const std::uint32_t> above;
-    if (parent != nullptr) above = parent->entries_;
-    if (whole) {
-        PlaneReader<false> reader(bytes);
-        complete_ = code_plane(shape, components_, plane, model_, above, entries_, reader);
-    } else {
-        PlaneReader<true> reader(bytes);
-        complete_ = code_plane(shape, components_, plane, model_, above, entries_, reader);
-    }
+    if (parent != nullptr && parent->started()) above = parent->progress_->entries;
+    complete_ = whole ? decode<false>(shape, above, plane, bytes, *progress_)
+                      : decode<true>(shape, above, plane, bytes, *progress_);
     return {};
 }
 
 void BlockDecoder::values(float reconstruction, std::span<float> out) const {
     if (!started()) return std::fill(out.begin(), out.end(), 0.0f);
-    assert(out.size() == entries_.size());
+    assert(out.size() == progress_->entries.size());
     const float here = std::ldexp(reconstruction, static_cast<int>(plane_)), behind = 2 * here;
     for (std::size_t at = 0; at < out.size(); ++at) {
-        const std::uint32_t entry = entries_[at];
+        const std::uint32_t entry = progress_->entries[at];
         const float magnitude = static_cast<float>(magnitude_of(entry)) + (at < complete_ ? here : behind);
         out[at] = entry == 0 ? 0.0f : (entry & 1u) != 0 ? -magnitude : magnitude;
     }
@@ -61,10 +65,10 @@ void BlockDecoder::values(float reconstruction, std::span<float> out) const {
 
 void BlockDecoder::integers(std::span<std::int32_t> out) const {
     if (!started()) return std::fill(out.begin(), out.end(), 0);
-    assert(out.size() == entries_.size());
+    assert(out.size() == progress_->entries.size());
     for (std::size_t at = 0; at < out.size(); ++at) {
-        const auto magnitude = static_cast<std::int32_t>(magnitude_of(entries_[at]));
-        out[at] = (entries_[at] & 1u) != 0 ? -magnitude : magnitude;
+        const auto magnitude = static_cast<std::int32_t>(magnitude_of(progress_->entries[at]));
+        out[at] = (progress_->entries[at] & 1u) != 0 ? -magnitude : magnitude;
     }
 }
 

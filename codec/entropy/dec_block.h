@@ -1,6 +1,7 @@
 // Decodes the bit-planes of one block, as far as they have come.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "codec/bytes.h"
@@ -9,7 +10,7 @@
 
 namespace mvw {
 
-/// A block's coefficients as far as its planes have come. Before the first plane it holds no memory.
+/// A block's coefficients as far as its planes have come. Before the first plane it has allocated nothing.
 class BlockDecoder {
  public:
     /// components: 1 to kMaxComponents.
@@ -26,7 +27,7 @@ class BlockDecoder {
                               bool whole);
 
     /// False while all coefficients are zero because no plane has come.
-    [[nodiscard]] bool started() const { return !entries_.empty(); }
+    [[nodiscard]] bool started() const { return progress_.has_value(); }
     /// Lowest plane of which anything is known; kMaxPlanes before the first.
     [[nodiscard]] unsigned lowest_plane() const { return plane_; }
 
@@ -40,8 +41,7 @@ class BlockDecoder {
     unsigned components_;
     unsigned plane_ = kMaxPlanes;
     std::size_t complete_ = 0;  // entries that have plane_; those behind stand at plane_ + 1
-    PlaneModel model_;
-    Magnitudes entries_;
+    std::optional<BlockProgress> progress_;
 };
 
 }  // namespace mvw

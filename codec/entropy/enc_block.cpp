@@ -1,5 +1,7 @@
 #include "codec/entropy/enc_block.h"
 
+#include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -10,31 +12,31 @@ namespace mvw {
 namespace {
 
 std::uint32_t quantized_entry(float x) {
-    const auto magnitude = static_cast<std::uint32_t>(std::min(std::abs(x), 2147483520.0f));
+    constexpr float kLargest = 268435440.0f;  // below 2^kMaxPlanes
+    const auto magnitude = static_cast<std::uint32_t>(std::min(std::abs(x), kLargest));
     return magnitude == 0 ? 0 : 2 * magnitude + std::uint32_t{x < 0};
 }
 
-/// Answers code_plane() with the truth and writes it.
+/// Answers a PlaneCoder with the truth and writes it.
 class PlaneWriter {
  public:
-    explicit PlaneWriter(const Magnitudes& truth) : truth_(truth) {}
+    explicit PlaneWriter(const Entries& truth) : truth_(truth) {}
 
-    bool code(AdaptiveBit& model, std::size_t at, unsigned plane) {
-        const bool bit = (magnitude_of(truth_[at]) >> plane & 1u) != 0;
-        encoder_.encode(bit, model.probability());
-        model.learn(bit);
-        return bit;
+    bool code(std::uint32_t probability, bool truth) {
+        encoder_.encode(truth, probability);
+        return truth;
     }
-    bool code_sign(std::size_t at) {
-        const bool negative = (truth_[at] & 1u) != 0;
-        encoder_.encode(negative, 1u << (kProbabilityBits - 1));
-        return negative;
+    [[nodiscard]] bool any(std::size_t first, std::size_t last, unsigned plane) const {
+        std::uint32_t all = 0;
+        for (std::size_t at = first; at < last; ++at) all |= truth_[at];
+        return magnitude_of(all) >> plane != 0;
     }
+    [[nodiscard]] std::uint32_t truth(std::size_t at) const { return truth_[at]; }
     [[nodiscard]] static constexpr bool stopped() { return false; }
     Bytes finish() { return encoder_.finish(); }
 
  private:
-    const Magnitudes& truth_;
+    const Entries& truth_;
     RangeEncoder encoder_;
 };
 
@@ -54,15 +56,15 @@ EncodedBlock encode_block(const BlockShape& shape, unsigned components, std::spa
                           std::span<const std::uint32_t> parent, float reconstruction) {
     assert(components >= 1 && components <= kMaxComponents && scaled.size() == shape.size() * components);
     EncodedBlock block;
-    Magnitudes truth(scaled.size());
+    Entries truth(scaled.size());
     std::transform(scaled.begin(), scaled.end(), truth.begin(), quantized_entry);
     std::uint32_t largest = 0;
     for (const std::uint32_t entry : truth) largest = std::max(largest, magnitude_of(entry));
-    block.entries.assign(scaled.size(), 0);
-    PlaneModel model;
-    for (unsigned plane = static_cast<unsigned>(std::bit_width(largest)); plane-- > 0;) {
+    BlockProgress progress(shape.size(), components);
+    progress.top = static_cast<unsigned>(std::bit_width(largest)) - 1;
+    for (unsigned plane = progress.top + 1; plane-- > 0;) {
         PlaneWriter writer(truth);
-        code_plane(shape, components, plane, model, parent, block.entries, writer);
+        PlaneCoder(shape, parent, plane, progress, writer).run();
         EncodedPlane& out = block.planes.emplace_back();
         out.plane = plane;
         out.bytes = writer.finish();
@@ -73,6 +75,7 @@ EncodedBlock encode_block(const BlockShape& shape, unsigned components, std::spa
                                                     error_with_plane(x, magnitude, plane, reconstruction);
         }
     }
+    block.entries = std::move(truth);
     return block;
 }
 

@@ -21,10 +21,10 @@ struct EncodedPlane {
 /// quantises to zero: such a block has no chunks, and a block's first chunk is its top plane.
 struct EncodedBlock {
     std::vector<EncodedPlane> planes;
-    Magnitudes entries;  // what the planes say; the parent of the block one level finer
+    Entries entries;  // what the planes say; the parent of the block one level finer
 };
 
-/// scaled: shape.size() * components coefficients in units of their steps, coefficient-major, |x| < 2^31; quantised to
+/// scaled: shape.size() * components coefficients in units of their steps, coefficient-major, |x| < 2^28; quantised to
 /// the integer towards zero. parent: EncodedBlock::entries of the same tile and channel one level below, or empty.
 /// reconstruction: where in a quantisation interval the decoder puts a value (BlockDecoder::values()).
 ///
