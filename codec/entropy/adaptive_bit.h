@@ -67,6 +67,10 @@ class AdaptiveBit {
     explicit constexpr AdaptiveBit(int trained)
         : state_(trained == kUntrained ? kHalf : logistic::squash(trained * 16) << 16 | kTrainedCount) {}
 
+    /// Of a 1, as the range coder wants it.
+    [[nodiscard]] std::uint32_t probability() const {
+        return std::clamp(state_ >> 16, kMinProbability, (1u << kProbabilityBits) - kMinProbability);
+    }
     [[nodiscard]] int logit() const { return logistic::kLogits[state_ >> 20]; }
     [[nodiscard]] std::uint32_t count() const { return state_ & 1023u; }
     void learn(bool bit) {

@@ -120,6 +120,18 @@ BlockShape::Neighbors edge_neighbors(const Locator& place, const BaseEdge& e, st
     return list;
 }
 
+/// Whether all that a point's lists can name is strictly inside its face: then every face's lists are alike.
+bool deep_inside(GridPoint p, std::int64_t n) {
+    return p.i > 2 && p.k > 2 && p.i + p.k < n - 2;
+}
+
+template <typename List>
+List shifted(List list, std::uint32_t by) {
+    for (std::uint32_t& place : list)
+        if (place != kNone) place += by;
+    return list;
+}
+
 BlockShape::Parents parents_of(const Locator& coarse, std::uint32_t f, GridPoint p) {
     const GridPoint d = edge_direction(p), a = p - d, b = p + d;
     return {coarse(f, {a.i / 2, a.k / 2}), coarse(f, {b.i / 2, b.k / 2})};
@@ -180,11 +192,21 @@ BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t
                 edge_neighbors(place, edge, n, t), coarse, edge.face[0], side_point(edge.side[0], n, t));
     }
     const std::uint64_t first_interior = start + base.edge_count() * static_cast<std::uint64_t>(n / 2);
-    for (const std::uint32_t f : owned.faces) {
-        std::uint64_t index = first_interior + std::uint64_t{f} * place.run();
+    const std::size_t pattern = indices_.size();  // the first face's run, which the others repeat
+    for (std::uint32_t slot = 0; slot < owned.faces.size(); ++slot) {
+        const std::uint32_t f = owned.faces[slot];
+        std::size_t rank = 0;
         for (std::int64_t i = 1; i < n; ++i)
-            for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step)
-                add(index++, interior_neighbors(place, f, {i, k}), coarse, f, {i, k});
+            for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step, ++rank) {
+                const std::uint64_t index = first_interior + std::uint64_t{f} * place.run() + rank;
+                if (slot == 0 || !deep_inside({i, k}, n)) {
+                    add(index, interior_neighbors(place, f, {i, k}), coarse, f, {i, k});
+                    continue;
+                }
+                indices_.push_back(static_cast<std::uint32_t>(index));
+                neighbors_.push_back(shifted(neighbors_[pattern + rank], slot * place.run()));
+                parents_.push_back(shifted(parents_[pattern + rank], slot * coarse.run()));
+            }
     }
 }
 

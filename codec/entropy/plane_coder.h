@@ -121,7 +121,7 @@ class PlaneCoder {
     }
 
     bool code(AdaptiveBit& bit, bool truth) {
-        const bool answer = coder_.code(logistic::kProbabilities[static_cast<std::size_t>(bit.logit() + 2048)], truth);
+        const bool answer = coder_.code(bit.probability(), truth);
         bit.learn(answer);
         return answer;
     }
@@ -172,6 +172,7 @@ class PlaneCoder {
             s.far = quarters(far[c]);
             s.above = 8 * own_above;
             s.above_others = 8 * (all_above - own_above);
+            s.siblings = 0;
         }
     }
 
@@ -212,7 +213,6 @@ class PlaneCoder {
         std::uint32_t others = 0;
         for (unsigned c = 1; c < components_; ++c) others += around_[c].activity();
         const std::size_t first = i * components_;
-        around_[0].siblings = 0;
         return code(model_.coefficient(around_[0], others / 2, in_group),
                     coder_.any(first, first + components_, plane_));
     }
