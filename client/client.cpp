@@ -92,9 +92,10 @@ class Stream::Impl {
         }
     }
 
+    // A failure stays: nothing comes after it.
     void forget_outcome() {
         const std::lock_guard lock(mutex_);
-        outcome_.reset();
+        if (outcome_ && outcome_->ok()) outcome_.reset();
     }
 
     template <typename Change>

@@ -87,6 +87,9 @@ void Feed::take(Received& chunk) {
     const std::uint64_t before = decoder_->revision();
     const Result<void> fed = decoder_->feed_chunk(chunk.id, chunk.payload, chunk.crc32c);
     if (!fed && !error_) error_ = fed.error();
+    ahead_[chunk.index] = chunk.error;
+    for (auto next = ahead_.begin(); next != ahead_.end() && next->first == row_; next = ahead_.erase(next), ++row_)
+        row_error_ = next->second;
     const bool refined = decoder_->revision() != before;
     if (refined && !first_mesh_) first_mesh_ = seconds();
     const ChunkId id = chunk.id;
@@ -97,7 +100,7 @@ void Feed::take(Received& chunk) {
         const std::lock_guard lock(mutex_);
         waiting = queue_.size();
     }
-    on_refined_({id, decoder_->state(), seconds(), waiting}, *decoder_);
+    on_refined_({id, state(), seconds(), waiting}, *decoder_);
 }
 
 void Feed::take(Restarted&) {
@@ -105,7 +108,16 @@ void Feed::take(Restarted&) {
     first_mesh_.reset();
     error_.reset();
     header_.clear();
+    row_ = 0;
+    row_error_ = 1;
+    ahead_.clear();
     kept_.clear();
+}
+
+DecodeState Feed::state() const {
+    DecodeState state = decoder_->state();
+    state.error = row_error_;
+    return state;
 }
 
 double Feed::seconds() const {

@@ -48,6 +48,9 @@ class Feed {
     // Below: only from within OnRefined, or while nothing is pushed and after wait_idle().
 
     [[nodiscard]] const Decoder& decoder() const { return *decoder_; }
+    /// The decoder's, with an error that holds for any choice of chunks: that which the file states for the longest row
+    /// of chunks from its beginning that have all come (more chunks never make it worse).
+    [[nodiscard]] DecodeState state() const;
     /// Seconds from the feed's beginning until there was a mesh; none where there is none.
     [[nodiscard]] std::optional<double> first_mesh_seconds() const { return first_mesh_; }
     /// The first thing that the decoder refused; what came before and after it is still used.
@@ -73,6 +76,9 @@ class Feed {
     std::optional<double> first_mesh_;
     std::optional<Error> error_;
     Bytes header_;
+    std::uint32_t row_ = 0;                 // chunks from the file's beginning that have all come
+    float row_error_ = 1;                   // left by them
+    std::map<std::uint32_t, float> ahead_;  // errors stated by chunks that came and are not in the row yet
     std::map<std::uint32_t, Received> kept_;
 
     std::mutex mutex_;

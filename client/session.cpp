@@ -184,6 +184,10 @@ void Session::handle(const Model& m) {
     if (!header) return fail({header.error().code, 0, "the model's header: " + header.error().message});
     if (header->header_bytes != m.header.size())
         return fail({Errc::Malformed, 0, "the model's header has another size than it says"});
+    if (m.chunk_count == 0 || m.chunk_count > limits_.max_chunks)
+        return fail({Errc::LimitExceeded, 0,
+                     "the model has " + std::to_string(m.chunk_count) + " chunks, limit is " +
+                         std::to_string(limits_.max_chunks)});
     const bool same = header->content_id == content_id_ && m.chunk_count == chunk_count_;
     if (chunk_count_ != 0 && !same) return restart();
     restarting_ = false;

@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
     add_info(app);
     add_verify(app);
     add_compare(app);
+    add_fetch(app);
     add_serve(app);
     add_view(app);
     try {
