@@ -328,17 +328,17 @@ void deinterleave(const Layout& fine, const float* fine_v, const Layout& coarse,
     }
 }
 
-/// Runs of a face in order: for each odd row of the next level, pairs D(i,k) H(i,k+1); for each even one V(i,k).
+/// Runs of a face in order: for each odd row of the next level, pairs D(i,k) H(i,k+1); for each even one V(i,k). A
+/// row's last vector may reach into the run's later rows: `left` points remain from the row's start to the run's end.
 template <typename Pairs, typename Singles>
 void visit_runs(const Layout& layout, Pairs pairs, Singles singles) {
-    std::size_t at = 0;
+    const int total = 3 * layout.n * (layout.n - 1) / 2;
+    int at = 0;
     for (int i = 0; i < layout.n; ++i) {
-        if (i > 0) {
-            singles(i, layout.n - i, at);
-            at += static_cast<std::size_t>(layout.n - i);
-        }
-        pairs(i, layout.n - 1 - i, at);
-        at += 2 * static_cast<std::size_t>(layout.n - 1 - i);
+        if (i > 0) singles(i, layout.n - i, at, total - at);
+        if (i > 0) at += layout.n - i;
+        pairs(i, layout.n - 1 - i, at, total - at);
+        at += 2 * (layout.n - 1 - i);
     }
 }
 
@@ -369,33 +369,33 @@ void load_details(const Layout& layout, const Vec3f* run, float* d) {
     const Floats tag;
     const int lanes = static_cast<int>(hn::Lanes(tag));
     const std::size_t plane = layout.plane;
-    const auto singles = [&](int i, int count, std::size_t at) {
+    const auto singles = [&](int i, int count, int at, int left) {
         float* out = d + plane + layout.row(i);
         int k = 0;
-        for (; k + lanes <= count; k += lanes) {
+        for (; k < count && k + lanes <= left; k += lanes) {
             Vector p;
-            hn::LoadInterleaved3(tag, &run[at + std::size_t(k)].x, p.x, p.y, p.z);
-            store3(p, out + k, 3 * plane, lanes);
+            hn::LoadInterleaved3(tag, &run[at + k].x, p.x, p.y, p.z);
+            store3(p, out + k, 3 * plane, count - k);
         }
         for (; k < count; ++k)
-            for (std::size_t c = 0; c < 3; ++c) out[3 * c * plane + std::size_t(k)] = run[at + std::size_t(k)][c];
+            for (std::size_t c = 0; c < 3; ++c) out[3 * c * plane + std::size_t(k)] = run[at + k][c];
     };
-    const auto pairs = [&](int i, int count, std::size_t at) {
+    const auto pairs = [&](int i, int count, int at, [[maybe_unused]] int left) {
         float *H = d + layout.row(i) + 1, *D = d + 2 * plane + layout.row(i);
         int k = 0;
 #if HWY_TARGET != HWY_SCALAR
-        for (; k + lanes <= count; k += lanes) {
+        for (; k < count && 2 * (k + lanes) <= left; k += lanes) {
             Vector p, q;
-            hn::LoadInterleaved3(tag, &run[at + 2 * std::size_t(k)].x, p.x, p.y, p.z);
-            hn::LoadInterleaved3(tag, &run[at + 2 * std::size_t(k) + std::size_t(lanes)].x, q.x, q.y, q.z);
-            store3(even_lanes(p, q), D + k, 3 * plane, lanes);
-            store3(odd_lanes(p, q), H + k, 3 * plane, lanes);
+            hn::LoadInterleaved3(tag, &run[at + 2 * k].x, p.x, p.y, p.z);
+            hn::LoadInterleaved3(tag, &run[at + 2 * k + lanes].x, q.x, q.y, q.z);
+            store3(even_lanes(p, q), D + k, 3 * plane, count - k);
+            store3(odd_lanes(p, q), H + k, 3 * plane, count - k);
         }
 #endif
         for (; k < count; ++k)
             for (std::size_t c = 0; c < 3; ++c) {
-                D[3 * c * plane + std::size_t(k)] = run[at + 2 * std::size_t(k)][c];
-                H[3 * c * plane + std::size_t(k)] = run[at + 2 * std::size_t(k) + 1][c];
+                D[3 * c * plane + std::size_t(k)] = run[at + 2 * k][c];
+                H[3 * c * plane + std::size_t(k)] = run[at + 2 * k + 1][c];
             }
     };
     visit_runs(layout, pairs, singles);
@@ -405,34 +405,34 @@ void store_details(const Layout& layout, const float* d, Vec3f* run) {
     const Floats tag;
     const int lanes = static_cast<int>(hn::Lanes(tag));
     const std::size_t plane = layout.plane;
-    const auto singles = [&](int i, int count, std::size_t at) {
+    const auto singles = [&](int i, int count, int at, int left) {
         const float* in = d + plane + layout.row(i);
         int k = 0;
-        for (; k + lanes <= count; k += lanes) {
+        for (; k < count && k + lanes <= left; k += lanes) {
             const Vector p = load3(in + k, 3 * plane);
-            hn::StoreInterleaved3(p.x, p.y, p.z, tag, &run[at + std::size_t(k)].x);
+            hn::StoreInterleaved3(p.x, p.y, p.z, tag, &run[at + k].x);
         }
         for (; k < count; ++k)
-            for (std::size_t c = 0; c < 3; ++c) run[at + std::size_t(k)][c] = in[3 * c * plane + std::size_t(k)];
+            for (std::size_t c = 0; c < 3; ++c) run[at + k][c] = in[3 * c * plane + std::size_t(k)];
     };
-    const auto pairs = [&](int i, int count, std::size_t at) {
+    const auto pairs = [&](int i, int count, int at, [[maybe_unused]] int left) {
         const float *H = d + layout.row(i) + 1, *D = d + 2 * plane + layout.row(i);
         int k = 0;
 #if HWY_TARGET != HWY_SCALAR
-        for (; k + lanes <= count; k += lanes) {
+        for (; k < count && 2 * (k + lanes) <= left; k += lanes) {
             const Vector p = load3(D + k, 3 * plane), q = load3(H + k, 3 * plane);
             Vector low, high;
             interleave_lanes(p.x, q.x, low.x, high.x);
             interleave_lanes(p.y, q.y, low.y, high.y);
             interleave_lanes(p.z, q.z, low.z, high.z);
-            hn::StoreInterleaved3(low.x, low.y, low.z, tag, &run[at + 2 * std::size_t(k)].x);
-            hn::StoreInterleaved3(high.x, high.y, high.z, tag, &run[at + 2 * std::size_t(k) + std::size_t(lanes)].x);
+            hn::StoreInterleaved3(low.x, low.y, low.z, tag, &run[at + 2 * k].x);
+            hn::StoreInterleaved3(high.x, high.y, high.z, tag, &run[at + 2 * k + lanes].x);
         }
 #endif
         for (; k < count; ++k)
             for (std::size_t c = 0; c < 3; ++c) {
-                run[at + 2 * std::size_t(k)][c] = D[3 * c * plane + std::size_t(k)];
-                run[at + 2 * std::size_t(k) + 1][c] = H[3 * c * plane + std::size_t(k)];
+                run[at + 2 * k][c] = D[3 * c * plane + std::size_t(k)];
+                run[at + 2 * k + 1][c] = H[3 * c * plane + std::size_t(k)];
             }
     };
     visit_runs(layout, pairs, singles);

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "codec/mesh/semi_regular.h"
 
@@ -18,15 +20,15 @@ struct Layout {
     std::uint32_t plane = 0;  // floats in one plane
 
     explicit Layout(unsigned level) : n(1 << level) {
-        const auto rows = static_cast<std::uint32_t>(n + 4);
-        plane = (rows * (rows + 2) - rows * (rows - 1) / 2 + 7) / 8 * 8;
+        for (int i = -2, at = 2; i <= n + 2; at += n + 4 - i, ++i) row_starts_.push_back(at);
+        plane = static_cast<std::uint32_t>(row_starts_.back() + 7) / 8 * 8;
     }
     /// Offset of (i, 0).
-    [[nodiscard]] std::ptrdiff_t row(int i) const {
-        const std::ptrdiff_t r = i + 2;
-        return r * (n + 6) - r * (r - 1) / 2 + 2;
-    }
+    [[nodiscard]] std::ptrdiff_t row(int i) const { return row_starts_[static_cast<std::size_t>(i + 2)]; }
     [[nodiscard]] std::uint32_t at(int i, int k) const { return static_cast<std::uint32_t>(row(i) + k); }
+
+ private:
+    std::vector<std::int32_t> row_starts_;
 };
 
 /// Floats that kernels may read or write past the last plane.

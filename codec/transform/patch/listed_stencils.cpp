@@ -70,22 +70,6 @@ ListedStencil stencil_of(const Tools& tools, std::uint32_t e) {
     return result;
 }
 
-/// The point as far from the anchor corner, on a level of n in place of m points.
-GridVertex carried(const BaseMesh& base, GridVertex v, std::uint32_t anchor, int m, int n) {
-    Barycentric b = barycentric(v.i, v.k, m);
-    for (unsigned c = 0; c < 3; ++c)
-        if (base.faces()[v.face][c] == anchor) b[c] += n - m;
-    return {v.face, b[1], b[2]};
-}
-GridEdge carried(const BaseMesh& base, GridEdge e, std::uint32_t anchor, int m, int n) {
-    auto ends = edge_ends(e.plane, e.i, e.k, m);
-    for (Barycentric& b : ends) {
-        const GridVertex v = carried(base, {e.face, b[1], b[2]}, anchor, m, n);
-        b = barycentric(v.i, v.k, n);
-    }
-    return edge_between(e.face, ends[0], ends[1]);
-}
-
 /// The base vertex that an edge lies nearest to.
 std::uint32_t nearest_corner(const BaseMesh& base, const GridEdge& e, int m) {
     const auto ends = edge_ends(e.plane, e.i, e.k, m);
@@ -96,13 +80,22 @@ std::uint32_t nearest_corner(const BaseMesh& base, const GridEdge& e, int m) {
     return base.faces()[e.face][nearest];
 }
 
-ListedStencil carried(const BaseMesh& base, const ListedStencil& s, int m, int n) {
-    const std::uint32_t anchor = nearest_corner(base, s.edge, m);
+template <typename Place>
+GridEdge moved(const GridEdge& e, int m, int n, Place place) {
+    const auto ends = edge_ends(e.plane, e.i, e.k, m);
+    const GridVertex a = place(e.face, ends[0]), b = place(e.face, ends[1]);
+    return edge_between(a.face, barycentric(a.i, a.k, n), barycentric(b.i, b.k, n));
+}
+
+/// The stencil with each of its points moved by `place`, from a level of m to one of n points a side.
+template <typename Place>
+ListedStencil moved(const ListedStencil& s, int m, int n, Place place) {
+    const auto vertex = [&](const GridVertex& v) { return place(v.face, barycentric(v.i, v.k, m)); };
     ListedStencil result = s;
-    result.edge = carried(base, s.edge, anchor, m, n);
-    for (GridVertex& v : result.ends) v = carried(base, v, anchor, m, n);
-    for (auto& t : result.terms) t.vertex = carried(base, t.vertex, anchor, m, n);
-    for (auto& t : result.lifts) t.vertex = carried(base, t.vertex, anchor, m, n);
+    result.edge = moved(s.edge, m, n, place);
+    for (GridVertex& v : result.ends) v = vertex(v);
+    for (auto& term : result.terms) term.vertex = vertex(term.vertex);
+    for (auto& lift : result.lifts) lift.vertex = vertex(lift.vertex);
     return result;
 }
 
@@ -128,27 +121,26 @@ std::vector<ListedStencil> middle_stencils(bool crease, const TransformOptions& 
     return result;
 }
 
-/// The stencil shifted along side 0 and turned to side `side` of a face of n.
-ListedStencil placed(const ListedStencil& s, std::uint32_t face, unsigned side, int t, int n) {
-    constexpr int m = 1 << kMiddleLevel;
-    const auto place = [&](const Barycentric& b) {
-        Barycentric r{};
-        r[side] = b[0] + (n - m) - (t - kMiddle);
-        r[(side + 1) % 3] = b[1] + t - kMiddle;
-        r[(side + 2) % 3] = b[2];
-        return r;
-    };
-    const auto vertex = [&](const GridVertex& v) {
-        const Barycentric b = place(barycentric(v.i, v.k, m));
-        return GridVertex{face, b[1], b[2]};
-    };
-    ListedStencil result = s;
-    const auto ends = edge_ends(s.edge.plane, s.edge.i, s.edge.k, m);
-    result.edge = edge_between(face, place(ends[0]), place(ends[1]));
-    for (GridVertex& v : result.ends) v = vertex(v);
-    for (auto& term : result.terms) term.vertex = vertex(term.vertex);
-    for (auto& lift : result.lifts) lift.vertex = vertex(lift.vertex);
-    return result;
+/// A fan around base vertex 0: closed, or open with one spoke more than faces.
+BaseMesh fan_base(std::uint32_t faces, bool closed) {
+    std::vector<Face> list;
+    for (std::uint32_t i = 0; i < faces; ++i) list.push_back({0, 1 + i, 1 + (closed ? (i + 1) % faces : i + 1)});
+    return BaseMesh::create(faces + (closed ? 1 : 2), std::move(list)).value();
+}
+
+/// What lies nearer to the middle of the fan than to its rim.
+ListedStencils fan_stencils(const std::vector<std::uint8_t>& signature, const TransformOptions& options) {
+    const bool closed = signature[0] != 0;
+    const auto spokes = static_cast<std::uint32_t>(signature.size() - 1);
+    const BaseMesh base = fan_base(closed ? spokes : spokes - 1, closed);
+    std::vector<std::uint8_t> creases(base.edge_count());
+    for (std::uint32_t e = 0; e < base.edge_count(); ++e)
+        for (const auto& [hub, rim] : {std::pair{0, 1}, std::pair{1, 0}})
+            if (base.edges()[e].v[hub] == 0) creases[e] = signature[base.edges()[e].v[rim]];
+    ListedStencils all = explicit_stencils(base, kFanLevel, options, creases);
+    std::erase_if(all.edges, [&](const ListedStencil& s) { return nearest_corner(base, s.edge, 1 << kFanLevel) != 0; });
+    std::erase_if(all.corner_lifts, [](const CornerLift& c) { return c.base_vertex != 0; });
+    return all;
 }
 
 }  // namespace
@@ -175,27 +167,99 @@ ListedStencils explicit_stencils(const BaseMesh& base, unsigned j, const Transfo
     return result;
 }
 
-ListedStencils carried_stencils(const GridTopology& topology, const ListedStencils& explicit_at, unsigned level,
-                                const TransformOptions& options, std::span<const std::uint8_t> creases) {
+CarriedStencils::CarriedStencils(const GridTopology& topology, const TransformOptions& options,
+                                 std::span<const std::uint8_t> creases)
+    : topology_(topology), options_(options) {
     const BaseMesh& base = topology.base();
-    constexpr int m = 1 << kExplicitLevels;
-    const int n = 1 << level;
-    ListedStencils result;
-    for (const ListedStencil& s : explicit_at.edges) result.edges.push_back(carried(base, s, m, n));
-    for (const CornerLift& c : explicit_at.corner_lifts)
-        result.corner_lifts.push_back({c.base_vertex, carried(base, c.edge, c.base_vertex, m, n), c.weight});
-    if (n == m) return result;
-    const std::array<std::vector<ListedStencil>, 2> middles{middle_stencils(false, options),
-                                                            middle_stencils(true, options)};
+    bool any_sharp = false;
+    for (std::uint32_t e = 0; e < base.edge_count(); ++e) {
+        sharp_.push_back(base.edges()[e].face[1] == kNone || (!creases.empty() && creases[e] != 0) ? 1 : 0);
+        any_sharp = any_sharp || sharp_[e] != 0;
+    }
+    std::vector<std::uint8_t> seen(std::size_t{3} * base.face_count());
+    for (std::uint32_t f = 0; f < base.face_count(); ++f)
+        for (unsigned c = 0; c < 3; ++c)
+            if (seen[std::size_t{3} * f + c] == 0) add_fan({f, c}, seen);
+    if (any_sharp) middles_ = {middle_stencils(false, options), middle_stencils(true, options)};
+}
+
+/// The next face around the same base vertex; face is kNone beyond a boundary.
+CarriedStencils::Corner CarriedStencils::turned(Corner c, bool clockwise) const {
+    const unsigned side = clockwise ? c.corner : (c.corner + 2) % 3;
+    const std::uint32_t g = topology_.neighbour(c.face, side);
+    if (g == kNone) return {kNone, 0};
+    const unsigned back = topology_.neighbour_side(c.face, side);
+    return {g, clockwise ? (back + 1) % 3 : back};
+}
+
+void CarriedStencils::add_fan(Corner start, std::vector<std::uint8_t>& seen) {
+    const BaseMesh& base = topology_.base();
+    Corner first = start;
+    bool closed = false;
+    for (Corner c = turned(start, true); c.face != kNone && !closed; c = turned(c, true)) {
+        closed = c.face == start.face;
+        if (!closed) first = c;
+    }
+    if (closed) first = start;
+    Fan fan{base.faces()[start.face][start.corner], {}, 0};
+    std::vector<std::uint8_t> signature{closed ? std::uint8_t{1} : std::uint8_t{0}};
+    for (Corner c = first; c.face != kNone; c = turned(c, false)) {
+        if (seen[std::size_t{3} * c.face + c.corner] != 0) break;
+        seen[std::size_t{3} * c.face + c.corner] = 1;
+        fan.corners.push_back(c);
+        signature.push_back(sharp_[base.edge_of(c.face, c.corner)]);
+    }
+    if (!closed) signature.push_back(1);
+    const auto known = std::find(signatures_.begin(), signatures_.end(), signature);
+    fan.kind = static_cast<std::size_t>(known - signatures_.begin());
+    if (known == signatures_.end()) {
+        kinds_.push_back(fan_stencils(signature, options_));
+        signatures_.push_back(std::move(signature));
+    }
+    fans_.push_back(std::move(fan));
+}
+
+void CarriedStencils::add_corner(const Fan& fan, int n, ListedStencils& out) const {
+    constexpr int m = 1 << kFanLevel;
+    const auto place = [&](std::uint32_t i, const Barycentric& b) {
+        const auto [face, corner] = fan.corners[i];
+        Barycentric r{};
+        r[corner] = b[0] + n - m;
+        r[(corner + 1) % 3] = b[1];
+        r[(corner + 2) % 3] = b[2];
+        return GridVertex{face, r[1], r[2]};
+    };
+    for (const ListedStencil& s : kinds_[fan.kind].edges) out.edges.push_back(moved(s, m, n, place));
+    for (const CornerLift& c : kinds_[fan.kind].corner_lifts)
+        out.corner_lifts.push_back({fan.base_vertex, moved(c.edge, m, n, place), c.weight});
+}
+
+void CarriedStencils::add_middles(int n, ListedStencils& out) const {
+    const BaseMesh& base = topology_.base();
+    constexpr int m = 1 << kMiddleLevel, near_end = 1 << (kFanLevel - 1);
     for (std::uint32_t f = 0; f < base.face_count(); ++f)
         for (unsigned side = 0; side < 3; ++side) {
             const std::uint32_t e = base.edge_of(f, side);
+            if (sharp_[e] == 0) continue;
             const bool boundary = base.edges()[e].face[1] == kNone;
-            if (!boundary && (creases.empty() || creases[e] == 0)) continue;
-            for (int t = m / 2; t < n - m / 2; ++t)
-                for (const ListedStencil& s : middles[boundary ? 0 : 1])
-                    if (!s.sharp || topology.owns_side(f, side)) result.edges.push_back(placed(s, f, side, t, n));
+            for (int t = near_end; t < n - near_end; ++t)
+                for (const ListedStencil& s : middles_[boundary ? 0 : 1]) {
+                    if (s.sharp && !topology_.owns_side(f, side)) continue;
+                    out.edges.push_back(moved(s, m, n, [&](std::uint32_t, const Barycentric& b) {
+                        Barycentric r{};
+                        r[side] = b[0] + (n - m) - (t - kMiddle);
+                        r[(side + 1) % 3] = b[1] + t - kMiddle;
+                        r[(side + 2) % 3] = b[2];
+                        return GridVertex{f, r[1], r[2]};
+                    }));
+                }
         }
+}
+
+ListedStencils CarriedStencils::at_level(unsigned level) const {
+    ListedStencils result;
+    for (const Fan& fan : fans_) add_corner(fan, 1 << level, result);
+    add_middles(1 << level, result);
     return result;
 }
 

@@ -34,15 +34,43 @@ struct ListedStencils {
     std::vector<CornerLift> corner_lifts;
 };
 
-// From this level on (n = 8) stencils near base vertices no longer see a second base vertex.
-inline constexpr unsigned kExplicitLevels = 3;
+// From this level on (n = 8) stencils near a base vertex no longer see a second one.
+inline constexpr unsigned kFanLevel = 3;
 
-/// All of level <= kExplicitLevels, names as make_level() gives them (not the owner's).
+/// Those of a level below kFanLevel, all of it made explicit. Names as make_level() gives them (not the owner's).
 ListedStencils explicit_stencils(const BaseMesh& base, unsigned level, const TransformOptions& options,
                                  std::span<const std::uint8_t> creases);
 
-/// Those of `explicit_at` (of level kExplicitLevels) carried to a finer level, and those of the sharp sides' middles.
-ListedStencils carried_stencils(const GridTopology& topology, const ListedStencils& explicit_at, unsigned level,
-                                const TransformOptions& options, std::span<const std::uint8_t> creases);
+/// Those of finer levels: around each base vertex as in a fan of its valence and creases alone, one small mesh for each
+/// kind of base vertex; along the middles of sharp sides as along one such side.
+class CarriedStencils {
+ public:
+    CarriedStencils(const GridTopology& topology, const TransformOptions& options,
+                    std::span<const std::uint8_t> creases);
+    [[nodiscard]] ListedStencils at_level(unsigned level) const;
+
+ private:
+    struct Corner {
+        std::uint32_t face;
+        unsigned corner;
+    };
+    struct Fan {
+        std::uint32_t base_vertex;
+        std::vector<Corner> corners;  // counter-clockwise; from the boundary on where there is one
+        std::size_t kind;             // of kinds_
+    };
+    void add_fan(Corner start, std::vector<std::uint8_t>& seen);
+    [[nodiscard]] Corner turned(Corner c, bool clockwise) const;
+    void add_corner(const Fan& fan, int n, ListedStencils& out) const;
+    void add_middles(int n, ListedStencils& out) const;
+
+    const GridTopology& topology_;
+    std::vector<std::uint8_t> sharp_;  // of each base edge
+    TransformOptions options_;
+    std::vector<Fan> fans_;
+    std::vector<std::vector<std::uint8_t>> signatures_;  // closed or not, then whether each spoke is sharp
+    std::vector<ListedStencils> kinds_;
+    std::array<std::vector<ListedStencil>, 2> middles_;  // of a boundary, of a crease
+};
 
 }  // namespace mvw

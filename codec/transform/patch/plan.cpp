@@ -1,6 +1,7 @@
 #include "codec/transform/patch/plan.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "codec/transform/patch/listed_stencils.h"
@@ -304,16 +305,13 @@ class PlanBuilder {
 std::vector<LevelPlan> make_plans(const GridTopology& topology, unsigned levels, const TransformOptions& options,
                                   std::span<const std::uint8_t> creases) {
     std::vector<LevelPlan> plans;
-    ListedStencils coarse;
-    for (unsigned j = 0; j < levels; ++j) {
-        PlanBuilder builder(topology, j);
-        if (j <= kExplicitLevels) {
-            coarse = explicit_stencils(topology.base(), j, options, creases);
-            plans.push_back(builder.build(coarse, options, creases));
-        } else {
-            plans.push_back(builder.build(carried_stencils(topology, coarse, j, options, creases), options, creases));
-        }
-    }
+    std::optional<CarriedStencils> carried;
+    if (levels > kFanLevel) carried.emplace(topology, options, creases);
+    for (unsigned j = 0; j < levels; ++j)
+        plans.push_back(
+            PlanBuilder(topology, j)
+                .build(j < kFanLevel ? explicit_stencils(topology.base(), j, options, creases) : carried->at_level(j),
+                       options, creases));
     return plans;
 }
 
