@@ -17,7 +17,7 @@ namespace mvw {
 enum class TransformKind : std::uint8_t {
     Interp = 0,
     InterpLazy = 1,
-    Vector = 2,
+    Vector = 2,  // positions here; its second component, which no file carries, in reference/ alone
     Loop = 3,
     LoopLazy = 4,
     Butterfly = 5,

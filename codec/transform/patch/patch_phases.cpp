@@ -165,7 +165,10 @@ void PatchTransform::State::lift(const LevelPlan& plan, std::uint32_t f, float s
         put(v, plan.targets[t].vertex, plane, get(v, plan.targets[t].vertex, plane) + sum_of(t));
 }
 
+/// Fills the ghosts that the stencils read (for seeded rules, those of vertices came with the estimates), then
+/// predicts.
 void PatchTransform::State::predict(const LevelPlan& plan, std::uint32_t f, float sign) {
+    sync_vertices(plan, f, seeded_ ? shapes_.data() : vertices(plan.level));
     const std::size_t plane = plan.layout.plane, patch = 3 * plane * f;
     float* d = details_.data() + 3 * patch;
     const float* v = vertices(plan.level) + patch;

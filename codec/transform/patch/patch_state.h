@@ -64,6 +64,7 @@ struct PatchTransform::State {
 
     // Steps (patch_transform.cpp).
     void estimate(unsigned w, const LevelPlan& plan);
+    void hand_over(const LevelPlan& plan, std::uint32_t f, bool last, Vec3f* positions);
     void synthesis_step(unsigned w, const LevelPlan& plan, const Vec3f* coefficients, bool last, Vec3f* positions);
     void analysis_step(unsigned w, const LevelPlan& plan, const Vec3f* positions, bool first, Vec3f* coefficients);
 

@@ -39,22 +39,19 @@ PatchTransform::State::State(const BaseMesh& base, unsigned levels, const Transf
     for (Scratch& s : scratch_) s.points.reserve(std::size_t{3} * static_cast<unsigned>(last.layout.n) + 3);
 }
 
-/// Normals and shape components from the vertices of the plan's level; its vertices' ghosts too.
+/// Seeded rules only: normals and shape components from the vertices of the plan's level.
 void PatchTransform::State::estimate(unsigned w, const LevelPlan& plan) {
+    if (!seeded_) return;
     const auto [begin, end] = share(w, topology_.base().vertex_count());
     if (projected_) corner_normals(plan, begin, end);
-    if (seeded_) {
-        corner_shapes(plan, begin, end);
-        workers.sync();
-    }
+    corner_shapes(plan, begin, end);
+    workers.sync();
     each_patch(w, [&](std::uint32_t f) {
         sync_vertices(plan, f, vertices(plan.level));
         if (projected_) find_normals(plan, f);
-        if (seeded_) find_shapes(plan, f);
+        find_shapes(plan, f);
     });
-    if (!seeded_) return;
     workers.sync();
-    each_patch(w, [&](std::uint32_t f) { sync_vertices(plan, f, shapes_.data()); });
 }
 
 void PatchTransform::State::synthesis_step(unsigned w, const LevelPlan& plan, const Vec3f* coefficients, bool last,
@@ -85,27 +82,34 @@ void PatchTransform::State::synthesis_step(unsigned w, const LevelPlan& plan, co
         workers.sync();
     }
     estimate(w, plan);
+    const bool loop = rule_ == PredictRule::Loop;
+    // One pass over memory where nothing has to wait for the neighbours.
     each_patch(w, [&](std::uint32_t f) {
         predict(plan, f, 1);
         show_listed(plan, f);
-    });
-    if (rule_ == PredictRule::Loop) workers.sync();
-    each_patch(w, [&](std::uint32_t f) {
-        if (rule_ == PredictRule::Loop) {
-            sync_edges(plan, f);
-            loop_even(plan, f, false, scratch_[w]);
-        }
-        if (last) {
-            store_details(plan, f, positions);
-            store_vertices(plan, f, positions);
-            return;
-        }
-        const LevelPlan& next = plans_[plan.level + 1];
-        kernels().interleave(plan.layout, v + std::size_t{3} * plan.layout.plane * f,
-                             details_.data() + std::size_t{9} * plan.layout.plane * f, next.layout,
-                             vertices(plan.level + 1) + std::size_t{3} * next.layout.plane * f);
+        if (!loop) hand_over(plan, f, last, positions);
     });
     workers.sync();
+    if (!loop) return;
+    each_patch(w, [&](std::uint32_t f) {
+        sync_edges(plan, f);
+        loop_even(plan, f, false, scratch_[w]);
+        hand_over(plan, f, last, positions);
+    });
+    workers.sync();
+}
+
+/// Vertices of the next level to its planes or, from the last step, out.
+void PatchTransform::State::hand_over(const LevelPlan& plan, std::uint32_t f, bool last, Vec3f* positions) {
+    if (last) {
+        store_details(plan, f, positions);
+        store_vertices(plan, f, positions);
+        return;
+    }
+    const std::size_t patch = std::size_t{3} * plan.layout.plane * f;
+    const LevelPlan& next = plans_[plan.level + 1];
+    kernels().interleave(plan.layout, vertices(plan.level) + patch, details_.data() + 3 * patch, next.layout,
+                         vertices(plan.level + 1) + std::size_t{3} * next.layout.plane * f);
 }
 
 void PatchTransform::State::analysis_step(unsigned w, const LevelPlan& plan, const Vec3f* positions, bool first,
