@@ -36,14 +36,14 @@ TEST(GoldenBlock, PlanesOfTwoLevelsHaveTheseBytes) {
     std::vector<std::string> planes;
     for (const EncodedBlock* b : {&below, &block})
         for (const EncodedPlane& p : b->planes) planes.push_back(std::to_string(p.plane) + " " + hex(p.bytes));
-    const std::vector<std::string> expected = {"3 000044",
-                                               "2 70050cadee80",
-                                               "1 9bb3898d98",
-                                               "0 0d5d80e611",
-                                               "3 0000440564fad50c72",
-                                               "2 71b1f9b9bfc07e03f9d5b38c53e946fccf80",
-                                               "1 9a40ba04f78efd903f1e8ae29180",
-                                               "0 2003e0674459dc57554c9ba468"};
+    const std::vector<std::string> expected = {"3 00010480",
+                                               "2 7c20bad4b280",
+                                               "1 a23d853ab0",
+                                               "0 0f8c10250c",
+                                               "3 00010496eba1de0894",
+                                               "2 7d8a514b5c71236fd91482dce60b6d98",
+                                               "1 9ce19e44497ef447fba940e56c",
+                                               "0 10324f7a4ce24e98ada1909446"};
     EXPECT_EQ(planes, expected);
 }
 
