@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 #include <stb_image.h>
 
+#include "codec/mesh/io/mesh_io.h"
 #include "tests/support/program.h"
+#include "tests/support/shapes.h"
 
 namespace mvw {
 namespace {
@@ -19,6 +21,21 @@ TEST(ViewCommand, WritesAPictureOfTheSizeAskedFor) {
     EXPECT_NE(stbi_info((folder / "a.png").c_str(), &w, &h, &n), 0);
     EXPECT_EQ(w, 120);
     EXPECT_EQ(h, 80);
+}
+
+TEST(ViewCommand, DrawsTheLevelAskedForOfAnEncodedModel) {
+    const ScratchFolder folder;
+    ASSERT_TRUE(write_mesh(folder / "a.ply", torus(48, 24)).ok());
+    ASSERT_EQ(run_mvw({"encode", folder / "a.ply", folder / "a.mvw"}).exit_code, 0);
+    const auto draw = [&](const std::vector<std::string>& extra) {
+        std::vector<std::string> arguments{"view",           folder / "a.mvw", "--screenshot",
+                                           folder / "a.png", "--size",         "99x99"};
+        arguments.insert(arguments.end(), extra.begin(), extra.end());
+        EXPECT_EQ(run_mvw(arguments).exit_code, 0);
+        return read_text(folder / "a.png");
+    };
+    EXPECT_NE(draw({}), draw({"--level", "0"}));
+    EXPECT_EQ(run_mvw({"view", folder / "a.ply", "--screenshot", folder / "b.png", "--level", "0"}).exit_code, 2);
 }
 
 TEST(ViewCommand, SaysWhatIsWrongWithItsArguments) {

@@ -70,13 +70,12 @@ Result<std::string> unpacked(const Model& model, const std::string& out) {
 }
 
 /// Runs a subcommand with --json and parses what it says; its own words where it fails.
-Result<nlohmann::json> ask(std::vector<std::string> arguments, ProcessRun* run_out = nullptr) {
+Result<nlohmann::json> ask(std::vector<std::string> arguments) {
     const std::string command = arguments[0];
     arguments.insert(arguments.begin(), own_program());
     arguments.emplace_back("--json");
     auto run = run_process(arguments);
     if (!run) return run.error();
-    if (run_out != nullptr) *run_out = *run;
     if (run->exit_code != 0) {
         const std::string reason = run->errors.empty() ? "ended by a signal" : run->errors;
         return Error{Errc::Io, 0, command + ": " + reason.substr(0, reason.find('\n'))};
@@ -96,7 +95,6 @@ std::string number(const nlohmann::json& json, const char* key, const char* form
 struct Figures {
     nlohmann::json encode = nlohmann::json::object(), decode = encode, compare = encode;
     std::optional<Inspection> inspection;
-    ProcessRun encode_run;
     std::string trouble;
 };
 
@@ -111,7 +109,7 @@ Figures measure(const Model& model, const ModelsOptions& options) {
     const std::string base = options.out + "/" + model.name, file = base + ".mvw", decoded = base + ".decoded.ply";
     std::vector<std::string> arguments{"encode", *input, file};
     arguments.insert(arguments.end(), options.encode_extra.begin(), options.encode_extra.end());
-    auto encode = ask(arguments, &figures.encode_run);
+    auto encode = ask(arguments);
     if (!encode) return fail(encode.error());
     figures.encode = *encode;
     auto decode = ask({"decode", file, decoded});
@@ -146,7 +144,6 @@ std::vector<std::string> row_of(const Model& model, const Figures& f) {
         loops = fmt::format("{}", i.topology.boundary_loops);
         topology = i.topology_kept ? "kept" : i.topology_trouble;
     }
-    const std::string peak = f.encode_run.peak_mb > 0 ? fmt::format("{:.0f}", f.encode_run.peak_mb) : "";
     return {model.name,
             number(e, "input_vertices"),
             number(e, "input_faces"),
@@ -163,7 +160,7 @@ std::vector<std::string> row_of(const Model& model, const Figures& f) {
             number(e, "draco_area_share", "{:.4f}"),
             number(e, "seconds", "{:.1f}"),
             number(f.decode, "seconds", "{:.2f}"),
-            peak,
+            number(e, "peak_mb"),
             folds,
             input_folds,
             genus,

@@ -2,11 +2,11 @@
 
 #include <fcntl.h>
 #include <spawn.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -63,12 +63,10 @@ Result<ProcessRun> run_process(const std::vector<std::string>& arguments) {
     if (const int error = posix_spawnp(&child, argv[0], actions.get(), nullptr, argv.data(), environ); error != 0)
         return Error{Errc::Io, 0, arguments[0] + ": " + std::strerror(error)};
     int status = 0;
-    rusage usage{};
-    while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
     ProcessRun run;
     run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    run.peak_mb = static_cast<double>(usage.ru_maxrss) / 1024;
     run.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     run.out = contents(out.get());
     run.errors = contents(errors.get());

@@ -1,4 +1,4 @@
-// Runs other programs and measures what they took.
+// Runs other programs.
 #pragma once
 #include <sys/types.h>
 
@@ -14,7 +14,6 @@ struct ProcessRun {
     std::string out;     // its standard output, whole
     std::string errors;  // its standard error, whole
     double seconds = 0;  // wall clock
-    double peak_mb = 0;  // largest resident size, 2^20 bytes
 };
 
 /// Runs arguments[0] (looked up in PATH where it has no slash) without standard input, and waits for its end. Io where

@@ -66,17 +66,17 @@ Result<void> draw_sheet(const LevelView& input, const std::vector<LevelView>& le
     std::vector<const LevelView*> views{&input};
     for (const LevelView& level : levels) views.push_back(&level);
     LevelView errors = levels.back();
-    errors.mesh.colors = heat_colors(vertex_errors(input.mesh, errors.mesh.positions), 1e-3);
+    if (measurable(input.mesh))
+        errors.mesh.colors = heat_colors(vertex_errors(input.mesh, errors.mesh.positions), 1e-3);
     errors.caption = "finest level, distance to the input:\nblue 0, red 0.1 % of the diagonal and over";
 
     std::vector<SheetEntry> entries;
-    if (auto row = add_row(entries, views, options); !row) return row.error();
+    std::vector<const LevelView*> first_row = views;
+    first_row.push_back(&errors);
+    if (auto row = add_row(entries, first_row, options); !row) return row.error();
     options.wireframe = true;
     if (auto row = add_row(entries, views, options); !row) return row.error();
-    options.wireframe = false;
-    if (measurable(input.mesh))
-        if (auto row = add_row(entries, {&errors}, options); !row) return row.error();
-    return write_png(path, contact_sheet(entries, static_cast<unsigned>(views.size())));
+    return write_png(path, contact_sheet(entries, static_cast<unsigned>(first_row.size())));
 }
 
 std::string describe(const Topology& t) {

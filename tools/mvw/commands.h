@@ -19,6 +19,7 @@ void add_encode(CLI::App& app);
 void add_decode(CLI::App& app);
 void add_info(CLI::App& app);
 void add_verify(CLI::App& app);
+void add_bench(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_fetch(CLI::App& app);
 void add_serve(CLI::App& app);

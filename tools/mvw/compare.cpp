@@ -18,7 +18,7 @@ struct CompareArguments {
 };
 
 Mesh load_measurable(const std::string& path) {
-    Mesh mesh = load_mesh(path);
+    Mesh mesh = load_surface(path);
     if (!measurable(mesh)) throw Fatal{kFailure, path + ": nothing to measure: no face of positive area"};
     return mesh;
 }
@@ -52,8 +52,9 @@ void add_compare(CLI::App& app) {
     auto arguments = std::make_shared<CompareArguments>();
     CLI::App* command = app.add_subcommand("compare", "Measures how far two surfaces lie apart, both ways");
     command->footer("Example: mvw compare bunny.ply bunny_8kb.ply");
-    command->add_option("REFERENCE", arguments->reference, "Mesh whose box's diagonal is the unit")->required();
-    command->add_option("OTHER", arguments->other, "Mesh to compare with it")->required();
+    command->add_option("REFERENCE", arguments->reference, "Mesh or .mvw file whose box's diagonal is the unit")
+        ->required();
+    command->add_option("OTHER", arguments->other, "Mesh or .mvw file to compare with it")->required();
     command->add_option("--samples", arguments->samples, "Points laid on each surface, besides all vertices")
         ->check(CLI::Range(0, 1'000'000'000))
         ->capture_default_str();

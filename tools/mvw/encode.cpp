@@ -1,11 +1,11 @@
 // mvw encode: any mesh into a .mvw file.
 #include <fmt/core.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -23,10 +23,13 @@ struct EncodeArguments {
     bool json = false;
 };
 
+/// The kernel's high-water mark of this program's own memory (getrusage would count the parent's, too); 0 where there
+/// is no such file.
 double peak_megabytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) / 1024.0;
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);)
+        if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
+    return 0;
 }
 
 /// A line on the terminal that is written over as work goes on; nothing where standard error is no terminal.

@@ -11,4 +11,8 @@ Mesh load_mesh(const std::string& path);
 /// The same, and what importing had to do.
 Mesh load_mesh(const std::string& path, CleanReport& report);
 
+/// The same for a .mvw file, too: as it is at `level`, or at its finest.
+Mesh load_surface(const std::string& path, unsigned level = 255);
+bool is_mvw(const std::string& path);
+
 }  // namespace mvw::cli

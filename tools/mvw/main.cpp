@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
     add_fetch(app);
     add_serve(app);
     add_view(app);
+    add_bench(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

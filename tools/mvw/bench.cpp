@@ -1,0 +1,95 @@
+// mvw bench: measurements whose answers are kept.
+#include <fmt/core.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "tools/bench/lod_hull.h"
+#include "tools/bench/models.h"
+#include "tools/mvw/commands.h"
+
+namespace mvw::cli {
+namespace {
+
+struct ModelsArguments {
+    bench::ModelsOptions options;
+    bool json = false, no_pictures = false;
+};
+
+struct LodHullArguments {
+    bench::LodHullOptions options;
+    bool json = false;
+};
+
+void print_json(const char* name, const bench::Table& table) {
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const auto& row : table.rows) {
+        nlohmann::ordered_json object;
+        for (std::size_t i = 0; i < row.size(); ++i) object[table.head[i]] = row[i];
+        rows.push_back(object);
+    }
+    fmt::print("{}\n", nlohmann::ordered_json{{name, rows}}.dump());
+}
+
+void print(const Result<bench::Table>& table, const char* name, bool json) {
+    if (!table) throw Fatal{kFailure, table.error().message};
+    if (json)
+        print_json(name, *table);
+    else
+        fmt::print("{}", table->markdown());
+}
+
+void say_on_errors(const std::string& line) {
+    fmt::print(stderr, "{}\n", line);
+}
+
+void bench_models(ModelsArguments& arguments) {
+    arguments.options.pictures = !arguments.no_pictures;
+    arguments.options.say = say_on_errors;
+    print(bench::run_models(arguments.options), "models", arguments.json);
+}
+
+void bench_lod_hull(LodHullArguments& arguments) {
+    arguments.options.say = say_on_errors;
+    print(bench::run_lod_hull(arguments.options), "points", arguments.json);
+}
+
+void add_models(CLI::App& bench) {
+    auto arguments = std::make_shared<ModelsArguments>();
+    CLI::App* command = bench.add_subcommand("models", "Encodes, decodes and compares every mesh of a folder");
+    command->footer("Example: mvw bench models scans --out results   (writes models.csv, models.md and pictures)");
+    command->add_option("DIR", arguments->options.folder, "Folder of meshes, also packed as .zst")->required();
+    command->add_option("--out", arguments->options.out, "Folder for the results")->required();
+    command->add_option("--only", arguments->options.only, "Names of models, without ending");
+    command->add_option("--encode-option", arguments->options.encode_extra, "Passed on to mvw encode; repeatable")
+        ->allow_extra_args(false);
+    command->add_flag("--no-pictures", arguments->no_pictures, "Figures only");
+    command->add_flag("--json", arguments->json, "One JSON object: models, a list of one object per model");
+    command->callback([arguments] { bench_models(*arguments); });
+}
+
+void add_lod_hull(CLI::App& bench) {
+    auto arguments = std::make_shared<LodHullArguments>();
+    CLI::App* command =
+        bench.add_subcommand("lod-hull", "Holds prefixes of .mvw files against simplified meshes coded by Draco");
+    command->footer("Example: mvw bench lod-hull bunny.ply lucy.ply --out results   (writes lod_hull.csv and plots)");
+    command->add_option("MESH", arguments->options.meshes, "Mesh files")->required();
+    command->add_option("--out", arguments->options.out, "Folder for the results")->required();
+    command->add_option("--simplifier", arguments->options.simplifier, "simplify.mjs, with its packages beside it")
+        ->capture_default_str();
+    command->add_flag("--json", arguments->json, "One JSON object: points, a list of one object per file or prefix");
+    command->callback([arguments] { bench_lod_hull(*arguments); });
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app) {
+    CLI::App* bench = app.add_subcommand("bench", "Measures the codec");
+    bench->footer("Example: mvw bench models scans --out results");
+    bench->require_subcommand(1);
+    add_models(*bench);
+    add_lod_hull(*bench);
+}
+
+}  // namespace mvw::cli
