@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <memory>
+#include <set>
 #include <thread>
 #include <utility>
 
 #include "codec/mesh/clean.h"
+#include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/prepare.h"
 #include "codec/remesh/resample.h"
@@ -16,12 +18,13 @@ namespace mvw {
 
 namespace {
 
-constexpr double kOversampling = 2;         // faces of the finest level for each face of the input
+constexpr double kOversampling = 1.3;       // faces of the finest level for each face of the input
 constexpr double kBaseError = 2.8e-3;       // of the diagonal, by the quadrics: where a default base stops
 constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a default base, at least
 constexpr unsigned kMaxLevels = 8;
 constexpr std::uint32_t kMinComponentFaces = 48;  // a smaller component costs less as it is
-constexpr double kMinReduction = 8;               // input faces for each base face below which wavelets are pointless
+constexpr double kMinReduction = 4;               // input faces for each base face below which wavelets are pointless
+constexpr double kMaxAloneShare = 0.02;           // of the area: above this, try without features
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
@@ -119,12 +122,29 @@ std::vector<unsigned> choose_levels(const CollapseMesh& base, const std::vector<
     return levels;
 }
 
-/// Flags of the vertices on the boundary: they lie on the input's boundary already and stay there.
-std::vector<std::uint8_t> boundary_vertices(const SemiRegularMesh& mesh) {
+/// Flags of the base edges that follow features; empty where there are none.
+std::vector<std::uint8_t> creases_of(const CollapseMesh& mesh, const BaseMesh& base,
+                                     const std::vector<std::uint32_t>& face_ids) {
+    std::vector<std::uint8_t> creases(base.edge_count(), 0);
+    bool any = false;
+    for (std::uint32_t e = 0; e < base.edge_count(); ++e) {
+        const BaseEdge& edge = base.edges()[e];
+        if (edge.face[1] == kNone || !mesh.is_sharp(face_ids[edge.face[0]] * 3 + edge.side[0])) continue;
+        creases[e] = 1;
+        any = true;
+    }
+    if (!any) creases.clear();
+    return creases;
+}
+
+/// Flags of the vertices on boundaries and creases: they lie on the input's lines already and stay there.
+std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh) {
     std::vector<std::uint8_t> flags(mesh.positions.size(), 0);
     const std::uint32_t n = 1u << mesh.levels;
-    for (const BaseEdge& e : mesh.base.edges()) {
-        if (e.face[1] != kNone) continue;
+    for (std::uint32_t b = 0; b < mesh.base.edge_count(); ++b) {
+        const BaseEdge& e = mesh.base.edges()[b];
+        const bool crease = !mesh.creases.empty() && mesh.creases[b] != 0;
+        if (e.face[1] != kNone && !crease) continue;
         for (std::uint32_t t = 0; t <= n; ++t) {
             const std::uint32_t i = e.side[0] == 0 ? t : e.side[0] == 1 ? n - t : 0;
             const std::uint32_t k = e.side[0] == 0 ? 0 : e.side[0] == 1 ? t : n - t;
@@ -134,58 +154,84 @@ std::vector<std::uint8_t> boundary_vertices(const SemiRegularMesh& mesh) {
     return flags;
 }
 
+void report(const RemeshOptions& options, const char* phase, double done) {
+    if (options.progress) options.progress(phase, done);
+}
+
+/// One way down to a base, and what each component makes of it.
+struct Decimation {
+    std::unique_ptr<SelfParameterization> parameterization;
+    std::vector<unsigned> levels;  // of each component, 0: coded as it is
+    double alone_area_share = 0;
+};
+
+Decimation decimate(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, const std::vector<Component>& parts,
+                    const std::vector<std::uint32_t>& component_of_face, const RemeshOptions& options) {
+    DecimateOptions how;
+    how.target_faces = options.base_faces;
+    how.max_faces = mesh.faces.size() / kBaseReduction;
+    how.error = kBaseError * bounding_box(mesh).diagonal();
+    how.progress = [&](double done) { report(options, "decimate", done); };
+    Decimation out;
+    out.parameterization = std::make_unique<SelfParameterization>(mesh, sharp, how);
+    out.levels = choose_levels(out.parameterization->base(), parts, component_of_face, options.levels);
+    double area = 0, alone = 0;
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+        area += area_of(mesh, mesh.faces[f]);
+        if (out.levels[component_of_face[f]] == 0) alone += area_of(mesh, mesh.faces[f]);
+    }
+    out.alone_area_share = area > 0 ? alone / area : 0;
+    return out;
+}
+
+/// The wanted faces resampled over their base at one level, and fitted.
+template <typename Wanted>
+SemiRegularMesh sample_part(const Mesh& mesh, const SelfParameterization& parameterization, unsigned level,
+                            Wanted wanted, unsigned threads, const RemeshOptions& options) {
+    report(options, "sample", 0);
+    SemiRegularMesh part;
+    std::vector<std::uint32_t> face_ids;
+    part.base = extract_base(parameterization.base(), wanted, face_ids);
+    part.levels = level;
+    part.creases = creases_of(parameterization.base(), part.base, face_ids);
+    std::vector<FacePoint> points = grid_points(part.base, level, face_ids);
+    parameterization.to_input(points, threads);
+    part.positions = positions_of(mesh, points);
+    part.colors = colors_of(mesh, points);
+    report(options, "fit", 0);
+    FitOptions fitting;
+    fitting.threads = threads;
+    fit(extract_faces(mesh, wanted), triangles_at_level(part.base, level), line_vertices(part), fitting,
+        part.positions);
+    report(options, "fit", 1);
+    return part;
+}
+
 }  // namespace
 
 RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     const Mesh mesh = split_ears(input);
     const unsigned threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-    const auto report = [&](const char* phase, double done) {
-        if (options.progress) options.progress(phase, done);
-    };
     std::vector<std::uint32_t> component_of_face;
     const std::vector<Component> parts = components(mesh, component_of_face);
 
-    DecimateOptions decimate;
-    decimate.target_faces = options.base_faces;
-    decimate.max_faces = mesh.faces.size() / kBaseReduction;
-    decimate.error = kBaseError * bounding_box(mesh).diagonal();
-    decimate.progress = [&](double done) { report("decimate", done); };
-    const SelfParameterization parameterization(mesh, {}, decimate);
-    const std::vector<unsigned> levels =
-        choose_levels(parameterization.base(), parts, component_of_face, options.levels);
+    const std::vector<std::uint8_t> sharp = feature_half_edges(mesh);
+    Decimation decimation = decimate(mesh, sharp, parts, component_of_face, options);
+    if (decimation.alone_area_share > kMaxAloneShare && std::find(sharp.begin(), sharp.end(), 1) != sharp.end()) {
+        // So many features leave too little to collapse, as the noise of some scans does: do without them.
+        Decimation smooth = decimate(mesh, {}, parts, component_of_face, options);
+        if (smooth.alone_area_share < decimation.alone_area_share) decimation = std::move(smooth);
+    }
 
     RemeshResult result;
-    std::map<unsigned, bool, std::greater<>> used;
-    for (const unsigned level : levels) used[level] = true;
-    for (const auto& [level, unused] : used) {
-        const auto wanted = [&](std::uint32_t f) { return levels[component_of_face[f]] == level; };
-        if (level == 0) {
-            result.parts.push_back(as_it_is(extract_faces(mesh, wanted)));
-            break;
-        }
-        report("sample", 0);
-        SemiRegularMesh part;
-        std::vector<std::uint32_t> face_ids;
-        part.base = extract_base(parameterization.base(), wanted, face_ids);
-        part.levels = level;
-        std::vector<FacePoint> points = grid_points(part.base, level, face_ids);
-        parameterization.to_input(points, threads);
-        part.positions = positions_of(mesh, points);
-        part.colors = colors_of(mesh, points);
-        report("fit", 0);
-        FitOptions fitting;
-        fitting.threads = threads;
-        fit(extract_faces(mesh, wanted), triangles_at_level(part.base, level), boundary_vertices(part), fitting,
-            part.positions);
-        result.parts.push_back(std::move(part));
-        report("fit", 1);
+    result.alone_area_share = decimation.alone_area_share;
+    const std::set<unsigned, std::greater<>> used(decimation.levels.begin(), decimation.levels.end());
+    for (const unsigned level : used) {
+        const auto wanted = [&](std::uint32_t f) { return decimation.levels[component_of_face[f]] == level; };
+        result.parts.push_back(level == 0
+                                   ? as_it_is(extract_faces(mesh, wanted))
+                                   : sample_part(mesh, *decimation.parameterization, level, wanted, threads, options));
     }
-    double area = 0, alone = 0;
-    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-        area += area_of(mesh, mesh.faces[f]);
-        if (levels[component_of_face[f]] == 0) alone += area_of(mesh, mesh.faces[f]);
-    }
-    result.alone_area_share = area > 0 ? alone / area : 0;
     return result;
 }
 

@@ -1,0 +1,117 @@
+#include "codec/remesh/features.h"
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "codec/mesh/half_edges.h"
+#include "codec/mesh/semi_regular.h"
+
+namespace mvw {
+
+namespace {
+
+/// A sharp edge and its two half-edges.
+struct SharpEdge {
+    std::uint32_t a, b;  // vertices
+    std::uint32_t half_edge, twin;
+    double length;
+    bool kept = true;
+};
+
+std::vector<SharpEdge> sharp_edges(const Mesh& mesh, double angle_deg) {
+    std::vector<Vec3> normals;
+    normals.reserve(mesh.faces.size());
+    for (const Face& f : mesh.faces) {
+        const Vec3& a = mesh.positions[f[0]];
+        normals.push_back(normalized(cross(mesh.positions[f[1]] - a, mesh.positions[f[2]] - a)));
+    }
+    const double cosine = std::cos(angle_deg * std::numbers::pi / 180);
+    std::vector<SharpEdge> edges;
+    const EdgeGroups groups = group_edges(mesh.faces, static_cast<std::uint32_t>(mesh.positions.size()));
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (groups[g].size() != 2) continue;
+        const std::uint32_t h = groups[g][0], twin = groups[g][1];
+        const Vec3 &n0 = normals[h / 3], &n1 = normals[twin / 3];
+        // A face without area has no normal: it says nothing about its edges.
+        if (squared_length(n0) == 0 || squared_length(n1) == 0 || dot(n0, n1) >= cosine) continue;
+        const std::uint32_t a = origin(mesh.faces, h), b = origin(mesh.faces, next_half_edge(h));
+        edges.push_back({a, b, h, twin, length(mesh.positions[a] - mesh.positions[b])});
+    }
+    return edges;
+}
+
+/// The kept edges at each vertex.
+class EdgesAtVertex {
+ public:
+    EdgesAtVertex(const std::vector<SharpEdge>& edges, std::size_t vertices) : begin_(vertices + 1, 0) {
+        for (const SharpEdge& e : edges)
+            if (e.kept) ++begin_[e.a + 1], ++begin_[e.b + 1];
+        std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+        edges_.resize(begin_.back());
+        std::vector<std::uint32_t> at(begin_.begin(), begin_.end() - 1);
+        for (std::uint32_t k = 0; k < edges.size(); ++k)
+            if (edges[k].kept) edges_[at[edges[k].a]++] = k, edges_[at[edges[k].b]++] = k;
+    }
+    [[nodiscard]] std::size_t degree(std::uint32_t v) const { return begin_[v + 1] - begin_[v]; }
+    [[nodiscard]] std::span<const std::uint32_t> at(std::uint32_t v) const {
+        return std::span(edges_).subspan(begin_[v], degree(v));
+    }
+
+ private:
+    std::vector<std::uint32_t> begin_, edges_;
+};
+
+/// Drops curves (runs of edges between vertices where not just two meet) that end freely and are short.
+void drop_loose_ends(const Mesh& mesh, double min_length, std::vector<SharpEdge>& edges) {
+    const EdgesAtVertex around(edges, mesh.positions.size());
+    std::vector<std::uint32_t> run;
+    for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+        if (around.degree(v) != 1) continue;
+        run.clear();
+        double total = 0;
+        std::uint32_t at = v, edge = around.at(v)[0];
+        while (true) {
+            run.push_back(edge);
+            total += edges[edge].length;
+            at = edges[edge].a == at ? edges[edge].b : edges[edge].a;
+            if (around.degree(at) != 2) break;
+            edge = around.at(at)[0] == edge ? around.at(at)[1] : around.at(at)[0];
+        }
+        if (total >= min_length) continue;
+        for (const std::uint32_t k : run) edges[k].kept = false;
+    }
+}
+
+/// Drops whole groups of connected curves whose length together is small.
+void drop_small_groups(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edges) {
+    std::vector<std::uint32_t> parent(mesh.positions.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t v) {
+        while (parent[v] != v) v = parent[v] = parent[parent[v]];
+        return v;
+    };
+    for (const SharpEdge& e : edges)
+        if (e.kept) parent[root(e.a)] = root(e.b);
+    std::vector<double> total(mesh.positions.size(), 0);
+    for (const SharpEdge& e : edges)
+        if (e.kept) total[root(e.a)] += e.length;
+    for (SharpEdge& e : edges)
+        if (total[root(e.a)] < min_group) e.kept = false;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> feature_half_edges(const Mesh& mesh, const FeatureOptions& options) {
+    std::vector<SharpEdge> edges = sharp_edges(mesh, options.angle_deg);
+    const double diagonal = bounding_box(mesh).diagonal();
+    // Each round may free new ends where curves met.
+    for (int round = 0; round < 3; ++round) drop_loose_ends(mesh, options.min_length * diagonal, edges);
+    drop_small_groups(mesh, options.min_group * diagonal, edges);
+    std::vector<std::uint8_t> flags(mesh.faces.size() * 3, 0);
+    for (const SharpEdge& e : edges)
+        if (e.kept) flags[e.half_edge] = flags[e.twin] = 1;
+    return flags;
+}
+
+}  // namespace mvw
