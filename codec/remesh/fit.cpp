@@ -130,10 +130,21 @@ void take_back_turned(const std::vector<Face>& triangles, const std::vector<Vec3
     }
 }
 
+/// RMS over the samples of the distance from the surface; along its normal, where the closest point was the right one.
+double residual(const std::vector<Term>& terms, const std::vector<Vec3>& positions) {
+    double sum = 0;
+    for (const Term& t : terms) {
+        Vec3 off = t.target;
+        for (std::size_t k = 0; k < 3; ++k) off -= positions[t.vertices[k]] * t.weight[k];
+        sum += t.used ? dot(t.normal, off) * dot(t.normal, off) : squared_length(off);
+    }
+    return terms.empty() ? 0 : std::sqrt(sum / static_cast<double>(terms.size()));
+}
+
 }  // namespace
 
-void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
-         const FitOptions& options, std::vector<Vec3>& positions) {
+double fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
+           const FitOptions& options, std::vector<Vec3>& positions) {
     const std::vector<Sample> samples =
         lay_samples(input, static_cast<std::size_t>(options.samples * static_cast<double>(positions.size())));
     std::vector<Term> terms(samples.size());
@@ -156,6 +167,7 @@ void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vecto
         take_back_turned(triangles, positions, moved);
         positions = std::move(moved);
     }
+    return residual(terms, positions);
 }
 
 }  // namespace mvw

@@ -24,6 +24,9 @@ constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a de
 constexpr unsigned kMaxLevels = 8;
 constexpr std::uint32_t kMinComponentFaces = 48;  // a smaller component costs less as it is
 constexpr double kMinReduction = 4;               // input faces for each base face below which wavelets are pointless
+constexpr double kTargetError = 1e-4;             // of the diagonal: a finer level where it is missed ...
+constexpr double kMaxOversampling = 8;            // ... but no more vertices than this for each of the input
+constexpr double kMaxError = 1e-3;                // of the diagonal: a remesh that misses it by more is given up
 constexpr double kMaxAloneShare = 0.02;           // of the area: above this, try without features
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
@@ -185,9 +188,10 @@ Decimation decimate(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, co
 }
 
 /// The wanted faces resampled over their base at one level, and fitted.
+/// error: out, RMS distance of the input from it, model units.
 template <typename Wanted>
 SemiRegularMesh sample_part(const Mesh& mesh, const SelfParameterization& parameterization, unsigned level,
-                            Wanted wanted, unsigned threads, const RemeshOptions& options) {
+                            Wanted wanted, unsigned threads, const RemeshOptions& options, double& error) {
     report(options, "sample", 0);
     SemiRegularMesh part;
     std::vector<std::uint32_t> face_ids;
@@ -201,9 +205,28 @@ SemiRegularMesh sample_part(const Mesh& mesh, const SelfParameterization& parame
     report(options, "fit", 0);
     FitOptions fitting;
     fitting.threads = threads;
-    fit(extract_faces(mesh, wanted), triangles_at_level(part.base, level), line_vertices(part), fitting,
-        part.positions);
+    error = fit(extract_faces(mesh, wanted), triangles_at_level(part.base, level), line_vertices(part), fitting,
+                part.positions);
     report(options, "fit", 1);
+    return part;
+}
+
+/// The components of one level as a part: finer where they miss the target error, as they are where they miss it by
+/// far.
+template <typename Wanted>
+SemiRegularMesh make_part(const Mesh& mesh, const SelfParameterization& parameterization, unsigned level, Wanted wanted,
+                          unsigned threads, const RemeshOptions& options) {
+    const double diagonal = bounding_box(mesh).diagonal();
+    const double target = (options.target_error > 0 ? options.target_error : kTargetError) * diagonal;
+    const Mesh input = extract_faces(mesh, wanted);
+    double error = 0;
+    SemiRegularMesh part = sample_part(mesh, parameterization, level, wanted, threads, options, error);
+    while (options.levels < 0 && error > target && part.levels < kMaxLevels) {
+        const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
+        if (finer > kMaxOversampling * static_cast<double>(input.positions.size())) break;
+        part = sample_part(mesh, parameterization, part.levels + 1, wanted, threads, options, error);
+    }
+    if (options.levels < 0 && options.base_faces == 0 && error > kMaxError * diagonal) return as_it_is(input);
     return part;
 }
 
@@ -217,21 +240,30 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
 
     const std::vector<std::uint8_t> sharp = feature_half_edges(mesh);
     Decimation decimation = decimate(mesh, sharp, parts, component_of_face, options);
-    if (decimation.alone_area_share > kMaxAloneShare && std::find(sharp.begin(), sharp.end(), 1) != sharp.end()) {
+    const bool has_features = std::find(sharp.begin(), sharp.end(), 1) != sharp.end();
+    if (has_features && options.base_faces == 0 &&
+        (decimation.alone_area_share > kMaxAloneShare ||
+         decimation.parameterization->base().live_faces() > 2 * mesh.faces.size() / kBaseReduction)) {
         // So many features leave too little to collapse, as the noise of some scans does: do without them.
         Decimation smooth = decimate(mesh, {}, parts, component_of_face, options);
-        if (smooth.alone_area_share < decimation.alone_area_share) decimation = std::move(smooth);
+        if (smooth.alone_area_share <= decimation.alone_area_share) decimation = std::move(smooth);
     }
 
     RemeshResult result;
-    result.alone_area_share = decimation.alone_area_share;
+    double area = 0, alone = 0;
     const std::set<unsigned, std::greater<>> used(decimation.levels.begin(), decimation.levels.end());
     for (const unsigned level : used) {
         const auto wanted = [&](std::uint32_t f) { return decimation.levels[component_of_face[f]] == level; };
         result.parts.push_back(level == 0
                                    ? as_it_is(extract_faces(mesh, wanted))
-                                   : sample_part(mesh, *decimation.parameterization, level, wanted, threads, options));
+                                   : make_part(mesh, *decimation.parameterization, level, wanted, threads, options));
+        for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+            if (!wanted(f)) continue;
+            area += area_of(mesh, mesh.faces[f]);
+            if (result.parts.back().levels == 0) alone += area_of(mesh, mesh.faces[f]);
+        }
     }
+    result.alone_area_share = area > 0 ? alone / area : 0;
     return result;
 }
 

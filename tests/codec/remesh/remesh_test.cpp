@@ -71,6 +71,22 @@ TEST(Remesh, CodesWhatIsTooSmallAsItIs) {
     EXPECT_EQ(result.alone_area_share, 1);
 }
 
+TEST(Remesh, KeepsTheEdgesOfACubeSharp) {
+    Mesh cube = unit_cube();
+    while (cube.faces.size() < 4000) {  // finer, the same surface
+        const BaseMesh base = BaseMesh::create(static_cast<std::uint32_t>(cube.positions.size()), cube.faces).value();
+        std::vector<Vec3> positions = cube.positions;
+        for (const BaseEdge& e : base.edges())
+            positions.push_back((cube.positions[e.v[0]] + cube.positions[e.v[1]]) * 0.5);
+        cube.faces = triangles_at_level(base, 1);
+        cube.positions = std::move(positions);
+    }
+    const RemeshResult result = remesh(cube, {});
+    ASSERT_EQ(result.parts.size(), 1u);
+    EXPECT_FALSE(result.parts[0].creases.empty());
+    EXPECT_LT(surface_error(cube, joined(result), {}).max, 1e-6);
+}
+
 TEST(Remesh, KeepsTheTopologyOfRealModels) {
     MVW_SKIP_WITHOUT_MODELS();
     expect_sound(clean_model("bob.obj"), 80);
