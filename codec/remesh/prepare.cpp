@@ -1,6 +1,7 @@
 #include "codec/remesh/prepare.h"
 
 #include <algorithm>
+#include <numeric>
 #include <unordered_map>
 
 #include "codec/mesh/semi_regular.h"
@@ -35,12 +36,13 @@ void append_split(const Face& face, const std::array<std::uint32_t, 3>& m, std::
 
 }  // namespace
 
-Mesh split_ears(const Mesh& mesh) {
+SplitMesh split_ears(const Mesh& mesh) {
     std::vector<std::uint32_t> fan(mesh.positions.size(), 0);
     for (const Face& f : mesh.faces)
         for (const std::uint32_t v : f) ++fan[v];
     std::unordered_map<std::uint64_t, std::uint32_t> middles;
-    Mesh out = mesh;
+    SplitMesh split{mesh, {}};
+    Mesh& out = split.mesh;
     for (const Face& f : mesh.faces) {
         for (std::size_t s = 0; s < 3; ++s) {
             if (fan[f[s]] != 1) continue;
@@ -52,11 +54,16 @@ Mesh split_ears(const Mesh& mesh) {
             out.colors.push_back({middle(x.r, y.r), middle(x.g, y.g), middle(x.b, y.b), middle(x.a, y.a)});
         }
     }
-    if (middles.empty()) return out;
+    split.first_face.resize(mesh.faces.size());
+    if (middles.empty()) {
+        std::iota(split.first_face.begin(), split.first_face.end(), 0u);
+        return split;
+    }
     out.faces.clear();
     out.materials.clear();
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
         const Face& face = mesh.faces[f];
+        split.first_face[f] = static_cast<std::uint32_t>(out.faces.size());
         std::array<std::uint32_t, 3> m{kNone, kNone, kNone};
         for (std::size_t s = 0; s < 3; ++s)
             if (const auto it = middles.find(edge_key(face[s], face[(s + 1) % 3])); it != middles.end())
@@ -67,7 +74,7 @@ Mesh split_ears(const Mesh& mesh) {
             append_split(face, m, out.faces);
         if (!mesh.materials.empty()) out.materials.resize(out.faces.size(), mesh.materials[f]);
     }
-    return out;
+    return split;
 }
 
 }  // namespace mvw

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <set>
 #include <thread>
 #include <utility>
@@ -22,12 +23,12 @@ constexpr double kOversampling = 1.3;       // faces of the finest level for eac
 constexpr double kBaseError = 2.8e-3;       // of the diagonal, by the quadrics: where a default base stops
 constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a default base, at least
 constexpr unsigned kMaxLevels = 8;
-constexpr std::uint32_t kMinComponentFaces = 48;  // a smaller component costs less as it is
-constexpr double kMinReduction = 4;               // input faces for each base face below which wavelets are pointless
-constexpr double kTargetError = 1e-4;             // of the diagonal: a finer level where it is missed ...
-constexpr double kMaxOversampling = 8;            // ... but no more vertices than this for each of the input
-constexpr double kMaxError = 1e-3;                // of the diagonal: a remesh that misses it by more is given up
-constexpr double kMaxAloneShare = 0.02;           // of the area: above this, try without features
+constexpr std::uint32_t kMinComponentFaces = 256;  // a smaller component costs less as it is
+constexpr double kMinReduction = 4;                // input faces for each base face below which wavelets are pointless
+constexpr double kTargetError = 1e-4;              // of the diagonal: a finer level where it is missed ...
+constexpr double kMaxOversampling = 8;             // ... but no more vertices than this for each of the input
+constexpr double kMaxError = 1e-3;                 // of the diagonal: a remesh that misses it by more is given up
+constexpr double kMaxAloneShare = 0.02;            // of the area: above this, try without features
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
@@ -214,26 +215,27 @@ SemiRegularMesh sample_part(const Mesh& mesh, const SelfParameterization& parame
 /// The components of one level as a part: finer where they miss the target error, as they are where they miss it by
 /// far.
 template <typename Wanted>
-SemiRegularMesh make_part(const Mesh& mesh, const SelfParameterization& parameterization, unsigned level, Wanted wanted,
-                          unsigned threads, const RemeshOptions& options) {
+std::optional<SemiRegularMesh> make_part(const Mesh& mesh, const SelfParameterization& parameterization, unsigned level,
+                                         Wanted wanted, unsigned threads, const RemeshOptions& options) {
     const double diagonal = bounding_box(mesh).diagonal();
     const double target = (options.target_error > 0 ? options.target_error : kTargetError) * diagonal;
-    const Mesh input = extract_faces(mesh, wanted);
+    const std::size_t input_vertices = extract_faces(mesh, wanted).positions.size();
     double error = 0;
     SemiRegularMesh part = sample_part(mesh, parameterization, level, wanted, threads, options, error);
     while (options.levels < 0 && error > target && part.levels < kMaxLevels) {
         const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
-        if (finer > kMaxOversampling * static_cast<double>(input.positions.size())) break;
+        if (finer > kMaxOversampling * static_cast<double>(input_vertices)) break;
         part = sample_part(mesh, parameterization, part.levels + 1, wanted, threads, options, error);
     }
-    if (options.levels < 0 && options.base_faces == 0 && error > kMaxError * diagonal) return as_it_is(input);
+    if (options.levels < 0 && options.base_faces == 0 && error > kMaxError * diagonal) return std::nullopt;
     return part;
 }
 
 }  // namespace
 
 RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
-    const Mesh mesh = split_ears(input);
+    const SplitMesh split = split_ears(input);
+    const Mesh& mesh = split.mesh;
     const unsigned threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     std::vector<std::uint32_t> component_of_face;
     const std::vector<Component> parts = components(mesh, component_of_face);
@@ -254,9 +256,10 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     const std::set<unsigned, std::greater<>> used(decimation.levels.begin(), decimation.levels.end());
     for (const unsigned level : used) {
         const auto wanted = [&](std::uint32_t f) { return decimation.levels[component_of_face[f]] == level; };
-        result.parts.push_back(level == 0
-                                   ? as_it_is(extract_faces(mesh, wanted))
-                                   : make_part(mesh, *decimation.parameterization, level, wanted, threads, options));
+        const auto wanted_of_input = [&](std::uint32_t f) { return wanted(split.first_face[f]); };
+        std::optional<SemiRegularMesh> part;
+        if (level > 0) part = make_part(mesh, *decimation.parameterization, level, wanted, threads, options);
+        result.parts.push_back(part ? std::move(*part) : as_it_is(extract_faces(input, wanted_of_input)));
         for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
             if (!wanted(f)) continue;
             area += area_of(mesh, mesh.faces[f]);
