@@ -6,6 +6,7 @@
 // while it stays so; else each component takes one (the last none, where it must be the one), and a sign or a
 // refinement bit as it needs.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -145,9 +146,9 @@ class PlaneCoder {
         return any;
     }
 
-    /// Quarters of the plane's unit.
+    /// Quarters of the plane's unit, up to where all context classes end.
     [[nodiscard]] std::uint32_t quarters(std::uint64_t magnitude) const {
-        return static_cast<std::uint32_t>((magnitude << 2) >> plane_);
+        return static_cast<std::uint32_t>(std::min<std::uint64_t>((magnitude << 2) >> plane_, 1023));
     }
 
     /// Fills around_ for coefficient i, of which nothing but `entries_` and the parents is used.
