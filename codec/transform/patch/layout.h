@@ -21,7 +21,9 @@ struct Layout {
 
     explicit Layout(unsigned level) : n(1 << level) {
         for (int i = -2, at = 2; i <= n + 2; at += n + 4 - i, ++i) row_starts_.push_back(at);
-        plane = static_cast<std::uint32_t>(row_starts_.back() + 7) / 8 * 8;
+        // Vectors may run over the last row by less than sixteen: never into another patch, which another thread may
+        // be writing.
+        plane = static_cast<std::uint32_t>(row_starts_.back() + 16 + 7) / 8 * 8;
     }
     /// Offset of (i, 0).
     [[nodiscard]] std::ptrdiff_t row(int i) const { return row_starts_[static_cast<std::size_t>(i + 2)]; }
