@@ -26,6 +26,7 @@ TEST(BenchCommand, MakesARowAndAPictureOfEachModelAndNamesWhatFails) {
     EXPECT_EQ(rows[1]["note"], "");
     EXPECT_EQ(rows[1]["genus"], "1");
     EXPECT_EQ(rows[1]["topology"], "kept");
+    EXPECT_EQ(rows[1]["streamed"], "yes");
     EXPECT_GT(std::stod(rows[1]["PSNR dB"].get<std::string>()), 40);
     for (const char* file : {"out/models.csv", "out/models.md", "out/ring.mvw", "out/ring.png"})
         EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;

@@ -14,6 +14,7 @@
 #include "tools/bench/folds.h"
 #include "tools/bench/process.h"
 #include "tools/bench/sheet.h"
+#include "tools/bench/streaming.h"
 
 namespace mvw::bench {
 namespace {
@@ -129,7 +130,7 @@ Figures measure(const Model& model, const ModelsOptions& options) {
 const std::vector<std::string> kHead{
     "model",      "input vertices", "input faces", "parts", "base faces",  "levels",           "vertices", "bytes",
     "base bytes", "bits/vertex",    "PSNR dB",     "max",   "normals deg", "draco area share", "encode s", "decode s",
-    "peak MB",    "folds",          "input folds", "genus", "loops",       "topology",         "note"};
+    "peak MB",    "folds",          "input folds", "genus", "loops",       "topology",         "streamed", "note"};
 
 std::vector<std::string> row_of(const Model& model, const Figures& f) {
     const auto& e = f.encode;
@@ -166,7 +167,30 @@ std::vector<std::string> row_of(const Model& model, const Figures& f) {
             genus,
             loops,
             topology,
+            "",
             f.trouble};
+}
+
+Result<void> write_table(const Table& table, const std::string& out) {
+    if (auto written = write_text_file(out + "/models.csv", table.csv()); !written) return written.error();
+    return write_text_file(out + "/models.md", table.markdown());
+}
+
+/// Fills the column of that name for all models that have a file.
+Result<void> check_streaming(const std::vector<Model>& models, const std::string& out, Table& table) {
+    const auto column = static_cast<std::size_t>(std::find(kHead.begin(), kHead.end(), "streamed") - kHead.begin());
+    std::vector<std::string> names;
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < models.size(); ++i)
+        if (fs::exists(out + "/" + models[i].name + ".mvw")) {
+            names.push_back(models[i].name);
+            rows.push_back(i);
+        }
+    if (names.empty()) return {};
+    const auto answers = stream_models(out, names);
+    if (!answers) return answers.error();
+    for (std::size_t k = 0; k < rows.size(); ++k) table.rows[rows[k]][column] = (*answers)[k];
+    return {};
 }
 
 }  // namespace
@@ -185,10 +209,10 @@ Result<Table> run_models(const ModelsOptions& options) {
             line += (line.empty() ? "" : "  ") + (cell.empty() ? "-" : cell);
         if (options.say) options.say(line);
         // Written after each model: a run that is cut short leaves what it found.
-        for (const auto& [name, text] :
-             {std::pair("models.csv", table.csv()), std::pair("models.md", table.markdown())})
-            if (auto written = write_text_file(options.out + "/" + name, text); !written) return written.error();
+        if (auto written = write_table(table, options.out); !written) return written.error();
     }
+    if (auto streamed = check_streaming(*models, options.out, table); !streamed) return streamed.error();
+    if (auto written = write_table(table, options.out); !written) return written.error();
     return table;
 }
 

@@ -33,5 +33,20 @@ TEST(Process, NamesTheProgramThatIsNotThere) {
     EXPECT_NE(run.error().message.find("no-such-program-here"), std::string::npos);
 }
 
+TEST(BackgroundProcess, SaysItsFirstLineAndEndsWithTheObject) {
+    auto started = BackgroundProcess::start({"sh", "-c", "echo hello; echo more; sleep 60"});
+    ASSERT_TRUE(started.ok());
+    EXPECT_EQ(started->first_line(20), "hello");
+}
+
+TEST(BackgroundProcess, DoesNotWaitForeverForALine) {
+    auto silent = BackgroundProcess::start({"sleep", "60"});
+    ASSERT_TRUE(silent.ok());
+    EXPECT_EQ(silent->first_line(0.05), "");
+    auto ended = BackgroundProcess::start({"true"});
+    ASSERT_TRUE(ended.ok());
+    EXPECT_EQ(ended->first_line(20), "");
+}
+
 }  // namespace
 }  // namespace mvw::bench
