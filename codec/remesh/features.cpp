@@ -11,6 +11,8 @@ namespace mvw {
 
 namespace {
 
+constexpr unsigned kLeastLoop = 6;  // edges of a closed loop that is no accident
+
 /// A sharp edge and its two half-edges.
 struct SharpEdge {
     std::uint32_t a, b;  // vertices
@@ -83,7 +85,8 @@ void drop_loose_ends(const Mesh& mesh, double min_length, std::vector<SharpEdge>
     }
 }
 
-/// Drops whole groups of connected curves whose length together is small.
+/// Drops whole groups of connected curves whose length together is small, clean closed loops (the rim of a drilled
+/// hole) aside: noise does not draw those.
 void drop_small_groups(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edges) {
     std::vector<std::uint32_t> parent(mesh.positions.size());
     std::iota(parent.begin(), parent.end(), 0u);
@@ -93,11 +96,25 @@ void drop_small_groups(const Mesh& mesh, double min_group, std::vector<SharpEdge
     };
     for (const SharpEdge& e : edges)
         if (e.kept) parent[root(e.a)] = root(e.b);
-    std::vector<double> total(mesh.positions.size(), 0);
-    for (const SharpEdge& e : edges)
-        if (e.kept) total[root(e.a)] += e.length;
-    for (SharpEdge& e : edges)
-        if (total[root(e.a)] < min_group) e.kept = false;
+    const EdgesAtVertex around(edges, mesh.positions.size());
+    struct Group {
+        double length = 0;
+        unsigned edges = 0;
+        bool closed_loop = true;
+    };
+    std::vector<Group> groups(mesh.positions.size());
+    for (const SharpEdge& e : edges) {
+        if (!e.kept) continue;
+        Group& group = groups[root(e.a)];
+        group.length += e.length;
+        ++group.edges;
+        group.closed_loop &= around.degree(e.a) == 2 && around.degree(e.b) == 2;
+    }
+    for (SharpEdge& e : edges) {
+        if (!e.kept) continue;
+        const Group& group = groups[root(e.a)];
+        e.kept = group.length >= min_group || (group.closed_loop && group.edges >= kLeastLoop);
+    }
 }
 
 }  // namespace

@@ -27,8 +27,10 @@ constexpr std::uint32_t kMinComponentFaces = 256;  // a smaller component costs 
 constexpr double kMinReduction = 4;                // input faces for each base face below which wavelets are pointless
 constexpr double kTargetError = 1e-4;              // of the diagonal: a finer level where it is missed ...
 constexpr double kMaxOversampling = 8;             // ... but no more vertices than this for each of the input
-constexpr double kMaxError = 1e-3;                 // of the diagonal: a remesh that misses it by more is given up
-constexpr double kMaxAloneShare = 0.02;            // of the area: above this, try without features
+constexpr double kMaxError = 3e-4;                 // of the diagonal: a remesh that misses it by more is given up; ...
+constexpr double kMaxSmallError = 1.5e-4;          // ... of a part that Draco codes in a few kilobytes, sooner
+constexpr std::size_t kSmallPartFaces = 10'000;
+constexpr double kMaxAloneShare = 0.02;  // of the area: above this, try without features
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
@@ -219,15 +221,16 @@ std::optional<SemiRegularMesh> make_part(const Mesh& mesh, const SelfParameteriz
                                          Wanted wanted, unsigned threads, const RemeshOptions& options) {
     const double diagonal = bounding_box(mesh).diagonal();
     const double target = (options.target_error > 0 ? options.target_error : kTargetError) * diagonal;
-    const std::size_t input_vertices = extract_faces(mesh, wanted).positions.size();
+    const Mesh input = extract_faces(mesh, wanted);
     double error = 0;
     SemiRegularMesh part = sample_part(mesh, parameterization, level, wanted, threads, options, error);
     while (options.levels < 0 && error > target && part.levels < kMaxLevels) {
         const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
-        if (finer > kMaxOversampling * static_cast<double>(input_vertices)) break;
+        if (finer > kMaxOversampling * static_cast<double>(input.positions.size())) break;
         part = sample_part(mesh, parameterization, part.levels + 1, wanted, threads, options, error);
     }
-    if (options.levels < 0 && options.base_faces == 0 && error > kMaxError * diagonal) return std::nullopt;
+    const double limit = input.faces.size() < kSmallPartFaces ? kMaxSmallError : kMaxError;
+    if (options.levels < 0 && options.base_faces == 0 && error > limit * diagonal) return std::nullopt;
     return part;
 }
 
