@@ -42,6 +42,18 @@ double area_of(const Mesh& mesh, const Face& f) {
     return length(cross(mesh.positions[f[1]] - a, mesh.positions[f[2]] - a)) * 0.5;
 }
 
+/// Share of the surface in the wanted faces; 0 where there is no surface.
+template <typename Wanted>
+double area_share(const Mesh& mesh, Wanted wanted) {
+    double all = 0, some = 0;
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+        const double area = area_of(mesh, mesh.faces[f]);
+        all += area;
+        if (wanted(f)) some += area;
+    }
+    return all > 0 ? some / all : 0;
+}
+
 /// The faces of some components as a mesh of their own, vertices renumbered in order of first use.
 template <typename Wanted>
 Mesh extract_faces(const Mesh& mesh, Wanted wanted) {
@@ -181,12 +193,7 @@ Decimation decimate(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, co
     Decimation out;
     out.parameterization = std::make_unique<SelfParameterization>(mesh, sharp, how);
     out.levels = choose_levels(out.parameterization->base(), parts, component_of_face, options.levels);
-    double area = 0, alone = 0;
-    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-        area += area_of(mesh, mesh.faces[f]);
-        if (out.levels[component_of_face[f]] == 0) alone += area_of(mesh, mesh.faces[f]);
-    }
-    out.alone_area_share = area > 0 ? alone / area : 0;
+    out.alone_area_share = area_share(mesh, [&](std::uint32_t f) { return out.levels[component_of_face[f]] == 0; });
     return out;
 }
 
@@ -255,21 +262,21 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     }
 
     RemeshResult result;
-    double area = 0, alone = 0;
-    const std::set<unsigned, std::greater<>> used(decimation.levels.begin(), decimation.levels.end());
+    std::vector<unsigned>& levels = decimation.levels;
+    const std::set<unsigned, std::greater<>> used(levels.begin(), levels.end());
     for (const unsigned level : used) {
-        const auto wanted = [&](std::uint32_t f) { return decimation.levels[component_of_face[f]] == level; };
-        const auto wanted_of_input = [&](std::uint32_t f) { return wanted(split.first_face[f]); };
-        std::optional<SemiRegularMesh> part;
-        if (level > 0) part = make_part(mesh, *decimation.parameterization, level, wanted, threads, options);
-        result.parts.push_back(part ? std::move(*part) : as_it_is(extract_faces(input, wanted_of_input)));
-        for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-            if (!wanted(f)) continue;
-            area += area_of(mesh, mesh.faces[f]);
-            if (result.parts.back().levels == 0) alone += area_of(mesh, mesh.faces[f]);
-        }
+        if (level == 0) break;
+        const auto wanted = [&](std::uint32_t f) { return levels[component_of_face[f]] == level; };
+        auto part = make_part(mesh, *decimation.parameterization, level, wanted, threads, options);
+        if (part)
+            result.parts.push_back(std::move(*part));
+        else
+            std::replace(levels.begin(), levels.end(), level, 0u);
     }
-    result.alone_area_share = area > 0 ? alone / area : 0;
+    const auto alone = [&](std::uint32_t f) { return levels[component_of_face[split.first_face[f]]] == 0; };
+    if (std::find(levels.begin(), levels.end(), 0u) != levels.end())
+        result.parts.push_back(as_it_is(extract_faces(input, alone)));
+    result.alone_area_share = area_share(input, alone);
     return result;
 }
 
