@@ -11,17 +11,23 @@ namespace mvw {
 
 namespace {
 
+constexpr double kPlentySamples = 1e6;
+
 /// One point of the input with the input's normal there.
 struct Sample {
     Vec3 point, normal;
 };
 
-/// One term of the least-squares sum: the sample's closest point on the remesh, and how far off it is.
+/// One term of the least-squares sum: a sample's closest point on the remesh.
 struct Term {
     Face vertices{};
-    std::array<double, 3> weight{};
-    Vec3 normal, target;
+    std::array<float, 3> weight{};
     bool used = false;
+
+    /// Value at that point of what is given at the vertices.
+    [[nodiscard]] Vec3 at(const std::vector<Vec3>& x) const {
+        return x[vertices[0]] * weight[0] + x[vertices[1]] * weight[1] + x[vertices[2]] * weight[2];
+    }
 };
 
 Vec3 scaled_normal(const std::vector<Vec3>& positions, const Face& f) {
@@ -53,19 +59,16 @@ std::vector<Sample> lay_samples(const Mesh& input, std::size_t count) {
 /// (B^T B + damping) x over the vertices that move, B being each used term's distance; conjugate gradients.
 class NormalEquations {
  public:
-    NormalEquations(const std::vector<Term>& terms, const std::vector<std::uint8_t>& fixed, const FitOptions& options)
-        : terms_(terms), fixed_(fixed), options_(options) {}
+    NormalEquations(const std::vector<Sample>& samples, const std::vector<Term>& terms,
+                    const std::vector<std::uint8_t>& fixed, const FitOptions& options)
+        : samples_(samples), terms_(terms), fixed_(fixed), options_(options) {}
 
     /// The displacement of every vertex.
     std::vector<Vec3> solve(const std::vector<Vec3>& positions) const {
         const std::size_t V = positions.size();
         std::vector<Vec3> r(V), x(V), p, Ap(V);
-        for (const Term& t : terms_) {
-            if (!t.used) continue;
-            Vec3 at;
-            for (std::size_t k = 0; k < 3; ++k) at += positions[t.vertices[k]] * t.weight[k];
-            scatter(t, project(t, t.target - at), r);
-        }
+        for (std::size_t k = 0; k < terms_.size(); ++k)
+            if (terms_[k].used) scatter(terms_[k], project(k, samples_[k].point - terms_[k].at(positions)), r);
         clamp(r);
         p = r;
         double rr = inner(r, r);
@@ -82,8 +85,9 @@ class NormalEquations {
     }
 
  private:
-    Vec3 project(const Term& t, const Vec3& d) const {
-        return t.normal * (dot(t.normal, d) * (1 - options_.tangential)) + d * options_.tangential;
+    [[nodiscard]] Vec3 project(std::size_t k, const Vec3& d) const {
+        const Vec3& n = samples_[k].normal;
+        return n * (dot(n, d) * (1 - options_.tangential)) + d * options_.tangential;
     }
     static void scatter(const Term& t, const Vec3& d, std::vector<Vec3>& out) {
         for (std::size_t k = 0; k < 3; ++k) out[t.vertices[k]] += d * t.weight[k];
@@ -94,12 +98,8 @@ class NormalEquations {
     }
     void apply(const std::vector<Vec3>& x, std::vector<Vec3>& out) const {
         for (std::size_t v = 0; v < x.size(); ++v) out[v] = x[v] * options_.damping;
-        for (const Term& t : terms_) {
-            if (!t.used) continue;
-            Vec3 d;
-            for (std::size_t k = 0; k < 3; ++k) d += x[t.vertices[k]] * t.weight[k];
-            scatter(t, project(t, d), out);
-        }
+        for (std::size_t k = 0; k < terms_.size(); ++k)
+            if (terms_[k].used) scatter(terms_[k], project(k, terms_[k].at(x)), out);
         clamp(out);
     }
     static double inner(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
@@ -108,6 +108,7 @@ class NormalEquations {
         return sum;
     }
 
+    const std::vector<Sample>& samples_;
     const std::vector<Term>& terms_;
     const std::vector<std::uint8_t>& fixed_;
     const FitOptions& options_;
@@ -131,12 +132,13 @@ void take_back_turned(const std::vector<Face>& triangles, const std::vector<Vec3
 }
 
 /// RMS over the samples of the distance from the surface; along its normal, where the closest point was the right one.
-double residual(const std::vector<Term>& terms, const std::vector<Vec3>& positions) {
+double residual(const std::vector<Sample>& samples, const std::vector<Term>& terms,
+                const std::vector<Vec3>& positions) {
     double sum = 0;
-    for (const Term& t : terms) {
-        Vec3 off = t.target;
-        for (std::size_t k = 0; k < 3; ++k) off -= positions[t.vertices[k]] * t.weight[k];
-        sum += t.used ? dot(t.normal, off) * dot(t.normal, off) : squared_length(off);
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+        const Vec3 off = samples[k].point - terms[k].at(positions);
+        const double along = dot(samples[k].normal, off);
+        sum += terms[k].used ? along * along : squared_length(off);
     }
     return terms.empty() ? 0 : std::sqrt(sum / static_cast<double>(terms.size()));
 }
@@ -145,8 +147,10 @@ double residual(const std::vector<Term>& terms, const std::vector<Vec3>& positio
 
 double fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
            const FitOptions& options, std::vector<Vec3>& positions) {
-    const std::vector<Sample> samples =
-        lay_samples(input, static_cast<std::size_t>(options.samples * static_cast<double>(positions.size())));
+    // Very fine remeshes have many vertices on each face of the input: there fewer samples a vertex say as much.
+    const auto vertices = static_cast<double>(positions.size());
+    const double count = std::min(options.samples * vertices, 2 * vertices + kPlentySamples);
+    const std::vector<Sample> samples = lay_samples(input, static_cast<std::size_t>(count));
     std::vector<Term> terms(samples.size());
     for (unsigned round = 0; round < options.rounds; ++round) {
         const SurfaceIndex index(positions, triangles, options.threads);
@@ -158,16 +162,19 @@ double fit(const Mesh& input, const std::vector<Face>& triangles, const std::vec
                 const Face& f = triangles[hit.face];
                 const Vec3 n = normalized(scaled_normal(positions, f));
                 // A sample of the far side of a thin wall must not pull at this side.
-                terms[k] = {f, hit.barycentric, samples[k].normal, samples[k].point, dot(n, samples[k].normal) > 0.3};
+                const auto& w = hit.barycentric;
+                terms[k] = {f,
+                            {static_cast<float>(w[0]), static_cast<float>(w[1]), static_cast<float>(w[2])},
+                            dot(n, samples[k].normal) > 0.3};
             }
         });
-        const std::vector<Vec3> move = NormalEquations(terms, fixed, options).solve(positions);
+        const std::vector<Vec3> move = NormalEquations(samples, terms, fixed, options).solve(positions);
         std::vector<Vec3> moved = positions;
         for (std::size_t v = 0; v < moved.size(); ++v) moved[v] += move[v];
         take_back_turned(triangles, positions, moved);
         positions = std::move(moved);
     }
-    return residual(terms, positions);
+    return residual(samples, terms, positions);
 }
 
 }  // namespace mvw
