@@ -1,0 +1,78 @@
+// Any bytes, fed to a decoder in slices of any sizes, give a mesh with indices in range or none. To get past the
+// checksums, inputs are not files but scripts: byte 0 says how. Even: the rest is a stream as it is, cut into slices by
+// its own bytes. Odd: a header of our making, then chunks (level and tile, layer, length, payload) with right
+// checksums.
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+
+#include "codec/container/crc32c.h"
+#include "codec/container/enc_file.h"
+#include "codec/decoder.h"
+
+namespace {
+
+mvw::Limits small_limits() {
+    mvw::Limits limits;
+    limits.max_vertices = 20'000;
+    limits.max_memory_bytes = 32u << 20;
+    limits.max_base_faces = 10'000;
+    return limits;
+}
+
+void check(const mvw::Decoder& decoder) {
+    const auto mesh = decoder.mesh();
+    if (!mesh.ok()) return;
+    for (const mvw::Face& f : mesh->faces)
+        for (const std::uint32_t v : f)
+            if (v >= mesh->positions.size()) std::abort();
+}
+
+void feed_stream(mvw::ByteSpan bytes) {
+    mvw::Decoder decoder(small_limits());
+    for (std::size_t at = 0; at < bytes.size();) {
+        const std::size_t slice =
+            std::min<std::size_t>(1 + std::to_integer<std::size_t>(bytes[at]) % 97, bytes.size() - at);
+        if (!decoder.feed(bytes.subspan(at, slice)).ok()) break;
+        at += slice;
+    }
+    check(decoder);
+    decoder.finish();
+    check(decoder);
+}
+
+mvw::Bytes octahedron_header() {
+    mvw::FileHeader header;
+    (void)mvw::set_box(header, {0, 0, 0}, 1).ok();
+    header.transform = 9;
+    header.layers = 20;
+    header.parts = {{4, 6, 12, 8, 2}};
+    return mvw::write_file(header, {}).value();
+}
+
+void feed_chunks(mvw::ByteSpan bytes) {
+    static const mvw::Bytes header = octahedron_header();
+    mvw::Decoder decoder(small_limits());
+    if (!decoder.feed_header(header).ok()) std::abort();
+    mvw::ByteReader in(bytes);
+    while (in.remaining() > 0) {
+        const unsigned where = in.u8(), layer = in.u8() % 20, length = in.u8();
+        const auto level = static_cast<std::uint8_t>(where % 5);
+        mvw::ChunkId id{0, static_cast<std::uint16_t>(where / 5 % 2), level, static_cast<std::uint8_t>(layer),
+                        mvw::Channel::Geometry};
+        if (where >= 250) id = {};
+        const mvw::ByteSpan payload = in.bytes(std::min<std::size_t>(length, in.remaining()));
+        (void)decoder.feed_chunk(id, payload, mvw::crc32c(payload)).ok();
+    }
+    check(decoder);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    if (size == 0) return 0;
+    const auto* begin = reinterpret_cast<const std::byte*>(data);
+    const mvw::Bytes bytes(begin + 1, begin + size);  // a block of its own, so that reading past it is seen
+    data[0] % 2 == 0 ? feed_stream(bytes) : feed_chunks(bytes);
+    return 0;
+}
