@@ -12,6 +12,8 @@ namespace {
 
 /// What a vertex costs while its part is decoded: planes, neighbours, coefficients, grids, the mesh handed out.
 constexpr std::uint64_t kBytesPerVertex = 192;
+/// What a block costs besides: its adaptive state.
+constexpr std::uint64_t kBytesPerBlock = 8192;
 
 Error malformed(const char* what) {
     return {Errc::Malformed, 0, what};
@@ -28,7 +30,11 @@ unsigned finest_within(const PartInfo& info, const Limits& limits) {
 }  // namespace
 
 PartDecoder::PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint8_t layers, const Limits& limits)
-    : info_(info), transform_kind_(transform), layers_(layers), finest_(finest_within(info, limits)) {}
+    : info_(info),
+      transform_kind_(transform),
+      layers_(layers),
+      finest_(finest_within(info, limits)),
+      blocks_left_(limits.max_memory_bytes / kBytesPerBlock) {}
 
 Result<void> PartDecoder::take(const ChunkId& id, ByteSpan payload, bool whole) {
     if (id.channel == Channel::Base) return whole && !base_ ? take_base(payload) : Result<void>{};
@@ -47,6 +53,7 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     if (!base.ok()) return base.error();
     base_ = std::move(*base);
     error_code_ = base_->params.error_code;
+    whole_ = Tiling(base_->mesh, std::vector<std::uint16_t>(base_->mesh.face_count(), 0), 1);
     tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
     blocks_.resize(std::size_t{info_.tiles} * (finest_ + 1u));
     coefficients_.reserve(base_->grid.size());
@@ -62,17 +69,17 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
 Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const GeometryFront& front) {
     const unsigned low = lowest_plane_of(id);
     if (front.top_plane < low || front.top_plane >= layers_) return malformed("a chunk's planes are out of range");
-    if (front.needs_parent && id.level < 2) return malformed("a chunk needs a level that has no details");
+    if (front.needs_parent && !has_parents(id.level)) return malformed("a chunk needs a level that has no details");
     if (!base_) return Readiness::Waits;
-    const BlockDecoder& here = block(id.tile, id.level).decoder;
-    if (here.started() && here.lowest_plane() <= low) return Readiness::Known;
-    if (front.starts && here.started()) return malformed("a block starts twice");
-    if (!front.starts && (!here.started() || here.lowest_plane() > front.top_plane + 1)) return Readiness::Waits;
-    if (!front.starts && here.lowest_plane() != front.top_plane + 1) return malformed("a chunk's planes overlap");
-    if (front.needs_parent) {
-        const BlockDecoder& parent = block(id.tile, id.level - 1u).decoder;
-        if (!parent.started() || parent.lowest_plane() > low + 1) return Readiness::Waits;
-    }
+    const unsigned here = reached(id.tile, id.level);
+    const bool started = here < kMaxPlanes;
+    if (started && here <= low) return Readiness::Known;
+    if (front.starts && started) return malformed("a block starts twice");
+    if (!front.starts && here > front.top_plane + 1) return Readiness::Waits;
+    if (!front.starts && here != front.top_plane + 1) return malformed("a chunk's planes overlap");
+    if (front.needs_parent && reached(id.tile, id.level - 1u) > low + 1) return Readiness::Waits;
+    if (!block(id.tile, id.level) && blocks_left_ == 0)
+        return Error{Errc::LimitExceeded, 0, "the blocks take more memory than the limit"};
     return Readiness::Ready;
 }
 
@@ -95,9 +102,12 @@ Result<PartDecoder::Taken> PartDecoder::take_geometry(const ChunkId& id, ByteSpa
 }
 
 Result<void> PartDecoder::decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
-    Block& here = block(id.tile, id.level);
-    const BlockDecoder* parent = id.level >= 2 ? &block(id.tile, id.level - 1u).decoder : nullptr;
-    if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling_, id.tile, id.level);
+    std::unique_ptr<Block>& place = block(id.tile, id.level);
+    if (!place) place = std::make_unique<Block>(), --blocks_left_;
+    Block& here = *place;
+    const BlockDecoder* parent = nullptr;
+    if (has_parents(id.level) && block(id.tile, id.level - 1u)) parent = &block(id.tile, id.level - 1u)->decoder;
+    if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
     const unsigned low = lowest_plane_of(id);
     Result<void> result;
     for (unsigned plane = front.top_plane + 1; plane-- > low && result.ok();) {

@@ -45,17 +45,32 @@ class PartDecoder {
     void retry_waiting(std::uint16_t tile, unsigned level);
     void store_values(const Block& block, unsigned level);
     void ensure_coefficients(unsigned level);
+    [[nodiscard]] const Tiling& tiling(unsigned level) const {
+        return level < info_.first_tiled_level ? whole_ : tiling_;
+    }
+    /// Whether blocks of this level look at those one level below.
+    [[nodiscard]] bool has_parents(unsigned level) const {
+        return level >= 2 && (level != info_.first_tiled_level || info_.tiles == 1);
+    }
     [[nodiscard]] unsigned lowest_plane_of(const ChunkId& id) const { return layers_ - 1u - id.layer; }
-    Block& block(std::uint16_t tile, unsigned level) { return blocks_[std::size_t{tile} * (finest_ + 1u) + level]; }
+    std::unique_ptr<Block>& block(std::uint16_t tile, unsigned level) {
+        return blocks_[std::size_t{tile} * (finest_ + 1u) + level];
+    }
+    /// Lowest plane that a block has, kMaxPlanes where none.
+    [[nodiscard]] unsigned reached(std::uint16_t tile, unsigned level) {
+        const std::unique_ptr<Block>& b = block(tile, level);
+        return b ? b->decoder.lowest_plane() : kMaxPlanes;
+    }
 
     PartInfo info_;
     std::uint8_t transform_kind_, layers_;
     unsigned finest_ = 0, detail_level_ = 0;
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
-    Tiling tiling_;
-    std::vector<Block> blocks_;        // tile-major
-    std::vector<Vec3f> coefficients_;  // V(level) of the finest level in use; grows
+    Tiling whole_, tiling_;                       // of levels below info_.first_tiled_level, and of the others
+    std::vector<std::unique_ptr<Block>> blocks_;  // tile-major; null before the first chunk
+    std::uint64_t blocks_left_ = 0;               // that memory allows
+    std::vector<Vec3f> coefficients_;             // V(level) of the finest level in use; grows
     std::vector<float> scratch_;
     std::map<ChunkId, Bytes> waiting_;
     std::unique_ptr<PatchTransform> transform_;

@@ -96,7 +96,7 @@ class Orderer {
             if (earlier.last < run.first) send(earlier);
         const CodedBlock& block = block_of(run);
         bool needs_parent = false;
-        if (block.level >= 2)
+        if (has_parents(parts_[run.part], block.level))
             for (Run& above : runs_[run.part][run.block - 1])
                 if (block_of(above).planes.planes[above.first].plane > lowest_plane(run)) {
                     needs_parent = true;

@@ -10,9 +10,10 @@ namespace mvw {
 
 /// How finely a part is to be coded.
 struct PartPrecision {
-    unsigned base_bits = 10;
+    unsigned base_bits = 9;
     unsigned tiles = 1;
-    double error = 1e-4;  // wanted RMS surface error of the rounding alone, fraction of the diagonal
+    unsigned first_tiled_level = 0;  // where tiles > 1
+    double error = 1e-4;             // wanted RMS surface error of the rounding alone, fraction of the diagonal
 };
 
 /// The planes of one block. Distortions are squared distances times the block's vertices' share of the part's.
@@ -27,10 +28,14 @@ struct CodedPart {
     SemiRegularMesh mesh;  // in the base's order, in units of the diagonal around the centre
     CodedBase base;
     PartParams params;
-    std::vector<CodedBlock> blocks;  // tile-major, levels within; empty for a part of 0 levels
-    double tangential_share = 0;     // of the details' energy from level 2 up
-    double rounding = 0;             // mean squared surface error that plane 0 leaves
+    std::vector<CodedBlock> blocks;  // tile-major, levels within, none for levels that a tile has not
+    unsigned first_tiled_level = 0;
+    double tangential_share = 0;  // of the details' energy from level 2 up
+    double rounding = 0;          // mean squared surface error that plane 0 leaves
 };
+
+/// Whether blocks of this level take contexts from those one level below: not where tiles begin.
+bool has_parents(const CodedPart& part, unsigned level);
 
 /// mesh: positions in units of the diagonal around the centre.
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,

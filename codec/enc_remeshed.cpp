@@ -15,12 +15,15 @@ namespace mvw {
 namespace {
 
 constexpr std::uint32_t kSamplesOnTheWay = 40'000;  // of a calibration point
+constexpr std::size_t kFewChunks = 48;              // measured at each
+constexpr std::uint64_t kManyVertices = 150'000;    // measured at fewer points
 constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
 constexpr double kRoundingShare = 0.4;      // of the remeshing error may be added by rounding
 constexpr double kFinestRounding = 4e-6;    // where remeshing leaves nothing
 constexpr double kVerticesOfTile = 32'768;  // a tile has at least so many, so that its chunks are worth their heads
 constexpr unsigned kMostTiles = 64;
-constexpr double kMostOverhead = 0.045;  // of the file: heads, header, index
+constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles would have fewer vertices, are not tiled
+constexpr double kMostOverhead = 0.045;       // of the file: heads, header, index
 
 double area(const Mesh& mesh) {
     double sum = 0;
@@ -57,16 +60,26 @@ PartPrecision precision_of(const SemiRegularMesh& part, const EncodeOptions& opt
             static_cast<unsigned>(std::clamp(std::ceil(-std::log2(precision.error * 3.4)), 10.0, 20.0));
         return precision;
     }
-    const double tiles =
-        options.tile_count > 0 ? options.tile_count : std::round(double(part.positions.size()) / kVerticesOfTile);
-    precision.tiles = static_cast<unsigned>(std::clamp(
-        tiles, 1.0, double(std::min(part.base.face_count(), options.tile_count > 0 ? 65'535u : kMostTiles))));
+    const double wanted_tiles =
+        options.tile_count > 0
+            ? options.tile_count
+            : std::min<double>(std::round(double(part.positions.size()) / kVerticesOfTile), kMostTiles);
+    precision.tiles =
+        static_cast<unsigned>(std::clamp(wanted_tiles, 1.0, double(std::min(part.base.face_count(), 65'535u))));
+    const auto vertices_of_tile = [&](unsigned level) { return vertices_at_level(part.base, level) / precision.tiles; };
+    precision.first_tiled_level = 1;
+    while (precision.first_tiled_level < part.levels && vertices_of_tile(precision.first_tiled_level) < kLeastOfTile)
+        ++precision.first_tiled_level;
     return precision;
 }
 
 PartInfo info_of(const CodedPart& part, unsigned tiles) {
-    return {static_cast<std::uint8_t>(part.mesh.levels), part.mesh.base.vertex_count(), part.mesh.base.edge_count(),
-            part.mesh.base.face_count(), static_cast<std::uint16_t>(tiles)};
+    return {static_cast<std::uint8_t>(part.mesh.levels),
+            part.mesh.base.vertex_count(),
+            part.mesh.base.edge_count(),
+            part.mesh.base.face_count(),
+            static_cast<std::uint16_t>(tiles),
+            static_cast<std::uint8_t>(part.first_tiled_level)};
 }
 
 unsigned layers_of(const std::vector<CodedPart>& parts) {
@@ -88,22 +101,28 @@ struct Point {
     double estimated, measured;
 };
 
-/// Decodes as a client would and measures where the estimate has fallen by 6 dB since the last time, and at the end.
-std::vector<Point> measure(const Mesh& input, const std::vector<PlannedChunk>& plan, ByteSpan file, SurfaceError& last,
-                           const EncodeOptions& options) {
+/// Decodes as a client would and measures: at first, wherever the estimate or the bytes have changed enough since the
+/// last time, and at the end.
+std::vector<Point> measure(const Mesh& input, const std::vector<PlannedChunk>& plan, ByteSpan file,
+                           std::uint64_t vertices, SurfaceError& last, const EncodeOptions& options) {
+    const double ratio = vertices < kManyVertices ? 1.3 : 1.8;  // of bytes; its square, of mean squared errors
     std::vector<Point> points;
     Decoder decoder;
     (void)decoder.feed_header(file).ok();
-    double mark = 0;
+    double error = 0, bytes = 0, bytes_then = 0;
     std::size_t bases = 0;
     while (bases < plan.size() && plan[bases].id.channel == Channel::Base) ++bases;
     for (std::size_t i = 0; i < plan.size(); ++i) {
         (void)decoder.feed_chunk(plan[i].id, plan[i].payload, crc32c(plan[i].payload)).ok();
+        bytes += double(plan[i].payload.size());
         const bool end = i + 1 == plan.size();
-        if (i + 1 < bases || (!end && i + 1 != bases && plan[i].error > mark / 4)) continue;
-        mark = plan[i].error;
+        const bool changed = plan.size() < kFewChunks || i + 1 == bases || plan[i].error < error / (ratio * ratio) ||
+                             bytes > ratio * bytes_then;
+        if (i + 1 < bases || (!end && !changed)) continue;
         const Result<Mesh> mesh = decoder.mesh();
-        if (!mesh.ok()) continue;
+        if (!mesh.ok() || !measurable(*mesh)) continue;
+        error = plan[i].error;
+        bytes_then = bytes;
         const SurfaceError e =
             surface_error(input, *mesh, {end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads});
         points.push_back({i, std::sqrt(plan[i].error), e.rms});
@@ -123,6 +142,7 @@ double interpolated(const Point& a, const Point& b, double estimated) {
 /// Replaces estimated mean squared errors by RMS errors that were measured at some of the chunks: between those, the
 /// ratio of measured to estimated follows the logarithm of the estimate.
 void calibrate(std::vector<PlannedChunk>& plan, const std::vector<Point>& points) {
+    if (points.empty()) return;
     std::size_t next = 0;
     double before = 1;
     for (std::size_t i = 0; i < plan.size(); ++i) {
@@ -184,7 +204,7 @@ Result<void> encode_remeshed(const Mesh& input, RemeshResult remeshed, const Enc
         if (double(file->size()) - payload < kMostOverhead * double(file->size()) || order.least_bytes > 8192) break;
     }
     SurfaceError error;
-    calibrate(plan, measure(input, plan, *file, error, options));
+    calibrate(plan, measure(input, plan, *file, out.vertices, error, options));
     file = write_file(header, to_write(plan));
     if (!file.ok()) return file.error();
 

@@ -33,6 +33,7 @@ void write_part(ByteWriter& out, const PartInfo& part) {
     out.varint(2ull * part.base_edges - 3ull * part.base_faces);
     out.varint(zigzag(std::int64_t{part.base_vertices} - part.base_edges + part.base_faces));
     out.varint(part.tiles);
+    if (part.tiles > 1) out.u8(part.first_tiled_level);
 }
 
 /// All but magic, version and size in front and the check behind.

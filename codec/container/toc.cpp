@@ -33,6 +33,7 @@ Result<PartInfo> read_part(ByteReader& in, const Limits& limits) {
     const std::uint64_t faces = in.varint(), boundary = in.varint();
     const std::int64_t euler = unzigzag(in.varint());
     const std::uint64_t tiles = in.varint();
+    if (tiles > 1) part.first_tiled_level = in.u8();
     if (!in.ok()) return in.error();
     if (part.levels > limits.max_levels || part.levels > 15)
         return over_limit(at, "a part's level count", part.levels, limits.max_levels);
@@ -43,6 +44,7 @@ Result<PartInfo> read_part(ByteReader& in, const Limits& limits) {
         return malformed(at, "a part has no face, no tile, or a tile without faces");
     if (boundary > 3 * faces || (3 * faces + boundary) % 2 != 0)
         return malformed(at, "a part's boundary edges do not fit its faces");
+    if (part.first_tiled_level > part.levels) return malformed(at, "a part is tiled from a level on that it has not");
     const auto edges = static_cast<std::int64_t>((3 * faces + boundary) / 2);
     const auto most = static_cast<std::int64_t>(3 * faces);
     if (euler > most || euler < -most) return malformed(at, "a part's Euler characteristic does not fit its faces");
@@ -159,6 +161,8 @@ Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id) {
     if (id.tile >= part.tiles)
         return malformed(
             0, "a chunk names tile " + std::to_string(id.tile) + ", its part has " + std::to_string(part.tiles));
+    if (id.tile > 0 && id.level < part.first_tiled_level)
+        return malformed(0, "a chunk names a tile of a level that is not tiled");
     if (id.level > part.levels)
         return malformed(
             0, "a chunk names level " + std::to_string(id.level) + ", its part has " + std::to_string(part.levels));

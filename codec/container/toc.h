@@ -16,6 +16,7 @@ struct PartInfo {
     std::uint8_t levels = 0;  // L
     std::uint32_t base_vertices = 0, base_edges = 0, base_faces = 0;
     std::uint16_t tiles = 1;
+    std::uint8_t first_tiled_level = 0;  // levels below have one tile, numbered 0; 0 where tiles is 1
     friend bool operator==(const PartInfo&, const PartInfo&) = default;
 };
 
