@@ -33,11 +33,16 @@ constexpr std::uint32_t squash(int logit) {
 
 constexpr auto make_probabilities() {
     std::array<std::uint16_t, 4096> table{};
-    for (int logit = -2048; logit < 2048; ++logit)
-        table[static_cast<std::size_t>(logit + 2048)] = static_cast<std::uint16_t>(squash(logit));
+    int logit = -2048;
+    for (std::uint16_t& probability : table) probability = static_cast<std::uint16_t>(squash(logit++));
     return table;
 }
 inline constexpr auto kProbabilities = make_probabilities();
+/// squash() by table.
+constexpr std::uint32_t probability(int logit) {
+    const int from_left = logit + 2048;
+    return kProbabilities[static_cast<std::size_t>(from_left)];
+}
 
 /// The least logit whose probability, in 1/4096, is at least the index.
 constexpr auto make_logits() {

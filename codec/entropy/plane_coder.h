@@ -130,8 +130,7 @@ class PlaneCoder {
     bool code(const BlockModel::Pair& pair, bool truth) {
         const int a = pair.flip_a ? -pair.a->logit() : pair.a->logit();
         const int b = pair.flip_b ? -pair.b->logit() : pair.b->logit();
-        const std::uint32_t probability =
-            logistic::kProbabilities[static_cast<std::size_t>(pair.weights->mix(a, b) + 2048)];
+        const std::uint32_t probability = logistic::probability(pair.weights->mix(a, b));
         const bool answer = coder_.code(probability, truth);
         pair.weights->learn(a, b, (answer ? 65536 : 0) - static_cast<std::int32_t>(probability));
         pair.a->learn(answer != pair.flip_a);
