@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace mvw {
@@ -55,6 +57,50 @@ CollapseMesh::CollapseMesh(const Mesh& mesh, const std::vector<std::uint8_t>& sh
     }
     for (std::size_t v = 0; v < kinds.size(); ++v)
         kinds[v] = lines[v] == 0 ? VertexKind::Free : lines[v] == 2 ? VertexKind::Line : VertexKind::Corner;
+}
+
+std::array<std::uint32_t, 2> CollapseMesh::line_neighbors(std::uint32_t v) const {
+    std::array<std::uint32_t, 2> ends{kNone, kNone};
+    std::size_t count = 0;
+    std::uint32_t h = out_[v];
+    do {
+        if (is_line(h) && count < 2) ends[count++] = to(h);
+        const std::uint32_t in = prev(h);
+        h = twins_[in];
+        if (h == kNone && count < 2) ends[count++] = from(in);
+    } while (h != kNone && h != out_[v]);
+    return ends;
+}
+
+/// The point of the line through v that is `reach` away in direction of its neighbour `first`, or the line's end.
+Vec3 CollapseMesh::along_line(std::uint32_t v, std::uint32_t first, double reach) const {
+    std::uint32_t last = v, at = first;
+    double left = reach - length(positions[at] - positions[v]);
+    while (left > 0 && kinds[at] == VertexKind::Line && at != v) {
+        const std::array<std::uint32_t, 2> ends = line_neighbors(at);
+        const std::uint32_t next_vertex = ends[0] == last ? ends[1] : ends[0];
+        if (next_vertex == kNone) break;
+        last = at, at = next_vertex;
+        left -= length(positions[at] - positions[last]);
+    }
+    return positions[at];
+}
+
+void CollapseMesh::pin_sharp_turns(double degrees, double reach) {
+    const double cosine = std::cos(degrees * std::numbers::pi / 180);
+    const auto turns = [&](const Vec3& a, const Vec3& v, const Vec3& b) {
+        const Vec3 in = v - a, out = b - v;
+        return dot(in, out) < cosine * length(in) * length(out);
+    };
+    std::vector<std::uint32_t> pinned;
+    for (std::uint32_t v = 0; v < kinds.size(); ++v) {
+        if (kinds[v] != VertexKind::Line) continue;
+        const auto [a, b] = line_neighbors(v);
+        if (a == kNone || b == kNone || !turns(positions[a], positions[v], positions[b])) continue;
+        // The jagged edge of a scan turns at every vertex, but not from further away.
+        if (turns(along_line(v, a, reach), positions[v], along_line(v, b, reach))) pinned.push_back(v);
+    }
+    for (const std::uint32_t v : pinned) kinds[v] = VertexKind::Corner;
 }
 
 unsigned CollapseMesh::fan_size(std::uint32_t v) const {

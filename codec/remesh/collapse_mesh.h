@@ -1,5 +1,6 @@
 // A triangle mesh that edges are collapsed in: directed half-edges in flat arrays.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -39,6 +40,8 @@ class CollapseMesh {
     std::vector<Face> faces;  // a removed face has kNone in its first corner
     std::vector<Vec3> positions;
     std::vector<VertexKind> kinds;
+    /// Makes Line vertices at which their line turns sharply, seen close up and from `reach` away, Corners.
+    void pin_sharp_turns(double degrees, double reach);
     [[nodiscard]] std::size_t live_faces() const { return live_faces_; }
 
     [[nodiscard]] static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
@@ -77,6 +80,8 @@ class CollapseMesh {
     void collapse(const EdgeRing& ring, const Vec3& position);
 
  private:
+    [[nodiscard]] std::array<std::uint32_t, 2> line_neighbors(std::uint32_t v) const;
+    [[nodiscard]] Vec3 along_line(std::uint32_t v, std::uint32_t first, double reach) const;
     void walk(std::uint32_t start, std::uint32_t stop, bool removed, EdgeRing& ring) const;
     void set_out(std::uint32_t v, std::uint32_t h);
     [[nodiscard]] unsigned fan_size(std::uint32_t v) const;

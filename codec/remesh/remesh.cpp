@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kOversampling = 1.3;       // faces of the finest level for each face of the input
 constexpr double kBaseError = 2.8e-3;       // of the diagonal, by the quadrics: where a default base stops
+constexpr double kCornerReach = 0.01;       // of the diagonal
 constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a default base, at least
 constexpr unsigned kMaxLevels = 8;
 constexpr std::uint32_t kMinComponentFaces = 256;  // a smaller component costs less as it is
@@ -30,7 +31,8 @@ constexpr double kMaxOversampling = 8;             // ... but no more vertices t
 constexpr double kMaxError = 3e-4;                 // of the diagonal: a remesh that misses it by more is given up; ...
 constexpr double kMaxSmallError = 1.5e-4;          // ... of a part that Draco codes in a few kilobytes, sooner
 constexpr std::size_t kSmallPartFaces = 10'000;
-constexpr double kMaxAloneShare = 0.02;  // of the area: above this, try without features
+constexpr std::size_t kMaxFaces = std::size_t{1} << 27;  // of a finest level, whatever was asked for
+constexpr double kMaxAloneShare = 0.02;                  // of the area: above this, try without features
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
@@ -125,17 +127,17 @@ BaseMesh extract_base(const CollapseMesh& mesh, Wanted wanted, std::vector<std::
 
 /// Level of each component (0: coded as it is), from what the decimation left of it.
 std::vector<unsigned> choose_levels(const CollapseMesh& base, const std::vector<Component>& parts,
-                                    const std::vector<std::uint32_t>& component_of_face, int wish) {
+                                    const std::vector<std::uint32_t>& component_of_face, const RemeshOptions& options) {
     std::vector<std::size_t> base_faces(parts.size(), 0);
     for (std::uint32_t f = 0; f < base.faces.size(); ++f)
         if (base.faces[f][0] != kNone) ++base_faces[component_of_face[f]];
     std::vector<unsigned> levels(parts.size(), 0);
     for (std::size_t c = 0; c < parts.size(); ++c) {
-        const std::size_t faces = parts[c].faces;
-        if (faces < kMinComponentFaces ||
-            static_cast<double>(faces) < kMinReduction * static_cast<double>(base_faces[c]))
-            continue;
-        levels[c] = wish >= 0 ? static_cast<unsigned>(wish) : default_level(faces, base_faces[c]);
+        const auto faces = static_cast<double>(parts[c].faces);
+        const bool pointless = faces < kMinComponentFaces || faces < kMinReduction * static_cast<double>(base_faces[c]);
+        if (pointless && options.levels < 0 && options.base_faces == 0) continue;
+        levels[c] = options.levels >= 0 ? static_cast<unsigned>(options.levels)
+                                        : std::max(1u, default_level(parts[c].faces, base_faces[c]));
     }
     return levels;
 }
@@ -189,10 +191,11 @@ Decimation decimate(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, co
     how.target_faces = options.base_faces;
     how.max_faces = mesh.faces.size() / kBaseReduction;
     how.error = kBaseError * bounding_box(mesh).diagonal();
+    how.corner_reach = kCornerReach;
     how.progress = [&](double done) { report(options, "decimate", done); };
     Decimation out;
     out.parameterization = std::make_unique<SelfParameterization>(mesh, sharp, how);
-    out.levels = choose_levels(out.parameterization->base(), parts, component_of_face, options.levels);
+    out.levels = choose_levels(out.parameterization->base(), parts, component_of_face, options);
     out.alone_area_share = area_share(mesh, [&](std::uint32_t f) { return out.levels[component_of_face[f]] == 0; });
     return out;
 }
@@ -230,6 +233,10 @@ std::optional<SemiRegularMesh> make_part(const Mesh& mesh, const SelfParameteriz
     const double target = (options.target_error > 0 ? options.target_error : kTargetError) * diagonal;
     const Mesh input = extract_faces(mesh, wanted);
     double error = 0;
+    std::size_t base_faces = 0;
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
+        if (parameterization.base().faces[f][0] != kNone && wanted(f)) ++base_faces;
+    while (level > 1 && (base_faces << (2 * level)) > kMaxFaces) --level;
     SemiRegularMesh part = sample_part(mesh, parameterization, level, wanted, threads, options, error);
     while (options.levels < 0 && error > target && part.levels < kMaxLevels) {
         const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
@@ -244,7 +251,19 @@ std::optional<SemiRegularMesh> make_part(const Mesh& mesh, const SelfParameteriz
 }  // namespace
 
 RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
-    const SplitMesh split = split_ears(input);
+    RemeshResult result;
+    const Box box = bounding_box(input);
+    const double diagonal = box.diagonal();
+    if (!(diagonal > 0) || !std::isfinite(diagonal)) {
+        result.parts.push_back(as_it_is(input));
+        result.alone_area_share = 1;
+        return result;
+    }
+    // In a box of unit diagonal around the origin, so that no model is too small, too large or too far away.
+    const Vec3 center = box.center();
+    Mesh unit = input;
+    for (Vec3& p : unit.positions) p = (p - center) / diagonal;
+    const SplitMesh split = split_ears(unit);
     const Mesh& mesh = split.mesh;
     const unsigned threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     std::vector<std::uint32_t> component_of_face;
@@ -261,22 +280,23 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
         if (smooth.alone_area_share <= decimation.alone_area_share) decimation = std::move(smooth);
     }
 
-    RemeshResult result;
     std::vector<unsigned>& levels = decimation.levels;
     const std::set<unsigned, std::greater<>> used(levels.begin(), levels.end());
     for (const unsigned level : used) {
         if (level == 0) break;
         const auto wanted = [&](std::uint32_t f) { return levels[component_of_face[f]] == level; };
         auto part = make_part(mesh, *decimation.parameterization, level, wanted, threads, options);
-        if (part)
-            result.parts.push_back(std::move(*part));
-        else
+        if (!part) {
             std::replace(levels.begin(), levels.end(), level, 0u);
+            continue;
+        }
+        for (Vec3& p : part->positions) p = p * diagonal + center;
+        result.parts.push_back(std::move(*part));
     }
     const auto alone = [&](std::uint32_t f) { return levels[component_of_face[split.first_face[f]]] == 0; };
     if (std::find(levels.begin(), levels.end(), 0u) != levels.end())
         result.parts.push_back(as_it_is(extract_faces(input, alone)));
-    result.alone_area_share = area_share(input, alone);
+    result.alone_area_share = area_share(unit, alone);
     return result;
 }
 

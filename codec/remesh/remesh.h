@@ -26,7 +26,7 @@ struct RemeshOptions {
 };
 
 struct RemeshResult {
-    /// Components of one level count share a part; most levels first. A part of 0 levels is coded by Draco alone.
+    /// Components that started with one level count share a part. A part of 0 levels is coded by Draco alone.
     std::vector<SemiRegularMesh> parts;
     double alone_area_share = 0;  // of the surface in parts of 0 levels
 };

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <queue>
-#include <thread>
+
+#include "codec/remesh/parallel.h"
 
 namespace mvw {
 
@@ -31,6 +32,7 @@ struct SelfParameterization::Strictness {
 namespace {
 
 constexpr double kRetryPrice = 10;
+constexpr double kCornerDegrees = 50;
 
 /// 4 sqrt(3) area / sum of squared edges: 1 for equilateral, 0 for degenerate triangles.
 double triangle_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -57,6 +59,7 @@ SelfParameterization::SelfParameterization(const Mesh& mesh, const std::vector<s
       version_(mesh.positions.size(), 0),
 
       shape_weight_(options.shape_weight) {
+    mesh_.pin_sharp_turns(kCornerDegrees, options.corner_reach);
     init_quadrics();
     std::size_t before = 0;
     do {
@@ -281,14 +284,9 @@ void SelfParameterization::to_input_serial(std::span<FacePoint> points) const {
 }
 
 void SelfParameterization::to_input(std::vector<FacePoint>& points, unsigned threads) const {
-    const std::size_t slice = (points.size() + threads - 1) / threads;
-    std::vector<std::jthread> workers;
-    for (unsigned t = 1; t < threads && t * slice < points.size(); ++t) {
-        const std::span<FacePoint> mine =
-            std::span(points).subspan(t * slice, std::min(slice, points.size() - t * slice));
-        workers.emplace_back([this, mine] { to_input_serial(mine); });
-    }
-    to_input_serial(std::span(points).first(std::min(slice, points.size())));
+    parallel_slices(points.size(), threads, [&](std::size_t begin, std::size_t end) {
+        to_input_serial(std::span(points).subspan(begin, end - begin));
+    });
 }
 
 }  // namespace mvw

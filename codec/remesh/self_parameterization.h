@@ -27,6 +27,7 @@ struct DecimateOptions {
     std::size_t target_faces = 0;  // 0: decimate to at most max_faces, and further until the error is reached
     std::size_t max_faces = 0;
     double error = 0;            // RMS distance to the input as the quadrics estimate it, model units
+    double corner_reach = 0;     // how far a line is looked at for corners, model units
     double shape_weight = 1e-4;  // of edge length squared times area, against the quadric error
     std::function<void(double)> progress;
 };

@@ -46,6 +46,8 @@ void write_text(const std::string& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
 }
 
-std::string test_data_folder() { return MVW_TEST_DATA; }
+std::string test_data_folder() {
+    return MVW_TEST_DATA;
+}
 
 }  // namespace mvw

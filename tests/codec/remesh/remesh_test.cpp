@@ -71,6 +71,27 @@ TEST(Remesh, CodesWhatIsTooSmallAsItIs) {
     EXPECT_EQ(result.alone_area_share, 1);
 }
 
+TEST(Remesh, DoesNotDependOnSizeOrPlace) {
+    const Mesh sphere = icosphere(4);
+    const unsigned levels = remesh(sphere, {}).parts.at(0).levels;
+    EXPECT_GT(levels, 0u);
+    for (const double size : {1e-120, 1e-6, 1e60}) {
+        const RemeshResult result = remesh(scaled(sphere, size), {});
+        EXPECT_EQ(result.parts.at(0).levels, levels) << size;
+        EXPECT_EQ(result.alone_area_share, 0) << size;
+    }
+    EXPECT_EQ(remesh(moved(scaled(sphere, 0.01), {500'000, 5'500'000, 300}), {}).alone_area_share, 0);
+}
+
+TEST(Remesh, MeetsAskedForFacesAndLevels) {
+    RemeshOptions options;
+    options.base_faces = 1000;
+    options.levels = 2;
+    const RemeshResult result = remesh(icosphere(4), options);
+    EXPECT_EQ(result.parts.at(0).levels, 2u);
+    EXPECT_EQ(result.parts.at(0).base.face_count(), 1000u);
+}
+
 TEST(Remesh, KeepsTheEdgesOfACubeSharp) {
     Mesh cube = unit_cube();
     while (cube.faces.size() < 4000) {  // finer, the same surface
