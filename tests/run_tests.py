@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-TEST_SECONDS = 900  # a test without a word for this long is taken to hang
+TEST_SECONDS = 240  # a test without a word for this long is taken to hang
 ENDS = {"       OK ": "passed", "  FAILED  ": "failed", "  SKIPPED ": "skipped"}
 
 
@@ -33,6 +33,7 @@ def run_once(program, tests, results):
     current = None
     previous = signal.signal(signal.SIGALRM, lambda *_: process.kill())
     try:
+        signal.alarm(TEST_SECONDS)
         for raw in process.stdout:
             signal.alarm(TEST_SECONDS)
             sys.stdout.write(raw.decode(errors="replace"))
