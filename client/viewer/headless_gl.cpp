@@ -2,24 +2,26 @@
 
 #include <epoxy/egl.h>
 
-#include <mutex>
+#include <string>
 
 namespace mvw {
 namespace {
-
-std::mutex& only_one() {
-    static std::mutex mutex;
-    return mutex;
-}
 
 Error no_gl(const char* what) {
     return Error{Errc::Io, 0, std::string("cannot draw: ") + what + " (package libgl1-mesa-dri missing?)"};
 }
 
+/// The surfaceless display, started; EGL_NO_DISPLAY where there is none.
+EGLDisplay start_display() {
+    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) return EGL_NO_DISPLAY;
+    EGLDisplay display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return EGL_NO_DISPLAY;
+    return display;
+}
+
 }  // namespace
 
 struct HeadlessGl::State {
-    std::unique_lock<std::mutex> lock{only_one()};
     EGLDisplay display = EGL_NO_DISPLAY;
     EGLContext context = EGL_NO_CONTEXT;
 
@@ -27,10 +29,9 @@ struct HeadlessGl::State {
     State(const State&) = delete;
     State& operator=(const State&) = delete;
     ~State() {
-        if (display == EGL_NO_DISPLAY) return;
+        if (context == EGL_NO_CONTEXT) return;
         eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-        if (context != EGL_NO_CONTEXT) eglDestroyContext(display, context);
-        eglTerminate(display);
+        eglDestroyContext(display, context);
     }
 };
 
@@ -40,14 +41,10 @@ HeadlessGl::HeadlessGl(HeadlessGl&&) noexcept = default;
 HeadlessGl& HeadlessGl::operator=(HeadlessGl&&) noexcept = default;
 
 Result<HeadlessGl> HeadlessGl::create() {
+    static const EGLDisplay display = start_display();
+    if (display == EGL_NO_DISPLAY) return no_gl("EGL's surfaceless platform does not start");
     auto state = std::make_unique<State>();
-    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
-        return no_gl("EGL has no surfaceless platform");
-    state->display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    if (state->display == EGL_NO_DISPLAY || !eglInitialize(state->display, nullptr, nullptr)) {
-        state->display = EGL_NO_DISPLAY;
-        return no_gl("EGL does not start");
-    }
+    state->display = display;
     if (!eglBindAPI(EGL_OPENGL_API)) return no_gl("EGL has no desktop OpenGL");
     const EGLint attributes[] = {
         EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,

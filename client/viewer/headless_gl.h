@@ -6,8 +6,9 @@
 
 namespace mvw {
 
-/// Current on the thread that made it, until destroyed there. One at a time in a process: create() waits for the last
-/// to be gone, because EGL keeps one display for all.
+/// Current on the thread that made it, until destroyed there; one at a time on a thread. The display behind it is
+/// started once and kept for the life of the process: drivers do not like to be unloaded, and starting them takes a
+/// while.
 class HeadlessGl {
  public:
     /// Io where EGL, the surfaceless platform or OpenGL 3.3 is missing.
