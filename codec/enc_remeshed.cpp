@@ -20,6 +20,7 @@ constexpr std::uint64_t kManyVertices = 150'000;    // measured at fewer points
 constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
 constexpr double kRoundingShare = 0.4;      // of the remeshing error may be added by rounding
 constexpr double kFinestRounding = 4e-6;    // where remeshing leaves nothing
+constexpr double kFinestAlone = 2e-5;       // of parts that Draco codes alone
 constexpr double kVerticesOfTile = 32'768;  // a tile has at least so many, so that its chunks are worth their heads
 constexpr unsigned kMostTiles = 64;
 constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles would have fewer vertices, are not tiled
@@ -55,9 +56,9 @@ PartPrecision precision_of(const SemiRegularMesh& part, const EncodeOptions& opt
     const double t = options.target_error, r = remesh_error;
     precision.error = std::max(t > r * 1.1 ? 0.9 * std::sqrt(t * t - r * r) : r * kRoundingShare, kFinestRounding);
     if (part.levels == 0) {
-        // A step s of the grid leaves s / sqrt(12) along the normal.
-        precision.base_bits =
-            static_cast<unsigned>(std::clamp(std::ceil(-std::log2(precision.error * 3.4)), 10.0, 20.0));
+        // A step s of the grid leaves s / sqrt(12) along the normal. Finer than 14 bits only where it was asked for.
+        const double error = t > 0 ? precision.error : std::max(precision.error, kFinestAlone);
+        precision.base_bits = static_cast<unsigned>(std::clamp(std::ceil(-std::log2(error * 3.4)), 10.0, 20.0));
         return precision;
     }
     const double wanted_tiles =

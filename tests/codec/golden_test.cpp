@@ -35,5 +35,23 @@ TEST(Golden, ItsHeaderAndContentIdAreThose) {
     EXPECT_EQ(content_id_of(file).value(), header.content_id);
 }
 
+TEST(Golden, TheWorkedExampleOfTheFormatDecodes) {
+    const std::string hex =
+        "4d5657012a00f02d2d74bd32b0a0f1a006838c3b2268b4ddf2ff0000000901010004000401004110"
+        "9d1800003c696c00c30e3800040400030000012f01011001ff000101000503000001010101000f03"
+        "011001202b011003005c90f3e43c494f86160086edffff7a120000000100003c08751338849901f9"
+        "6363ac";
+    Bytes file;
+    for (std::size_t i = 0; i < hex.size(); i += 2)
+        file.push_back(static_cast<std::byte>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed(file).ok());
+    EXPECT_TRUE(decoder.state().complete);
+    const Mesh mesh = decoder.mesh().value();
+    ASSERT_EQ(mesh.faces.size(), 4u);
+    for (const Vec3& p : mesh.positions)
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(std::abs(p[k]), 1, 2e-4);
+}
+
 }  // namespace
 }  // namespace mvw
