@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -48,6 +49,34 @@ void end_progress() {
     if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r{:60}\r", "");
 }
 
+/// Every repair by the name it has in JSON and in words.
+struct CleaningLine {
+    std::uint64_t count;
+    const char *key, *words;
+};
+std::array<CleaningLine, 9> cleaning_lines(const CleanReport& r) {
+    return {{{r.triangulated_polygons, "triangulated_polygons", "polygons cut into triangles"},
+             {r.welded_vertices, "welded_vertices", "vertices joined with others at the same place"},
+             {r.unused_vertices, "unused_vertices", "vertices that no face uses dropped"},
+             {r.degenerate_faces, "degenerate_faces", "degenerate faces dropped"},
+             {r.duplicate_faces, "duplicate_faces", "duplicate faces dropped"},
+             {r.split_edges, "split_edges", "non-manifold edges taken apart"},
+             {r.split_vertices, "split_vertices", "vertices split"},
+             {r.turned_faces, "turned_faces", "faces turned"},
+             {r.cut_edges, "cut_edges", "edges cut open"}}};
+}
+
+nlohmann::ordered_json cleaning_json(const CleanReport& report) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (const CleaningLine& line : cleaning_lines(report)) json[line.key] = line.count;
+    return json;
+}
+
+void print_cleaning(const CleanReport& report) {
+    for (const CleaningLine& line : cleaning_lines(report))
+        if (line.count > 0) fmt::print("  {} {}\n", line.count, line.words);
+}
+
 void print_json(const Encoded& e, double seconds) {
     const nlohmann::ordered_json json{{"input_vertices", e.input_vertices},
                                       {"input_faces", e.input_faces},
@@ -62,25 +91,11 @@ void print_json(const Encoded& e, double seconds) {
                                       {"max", e.max},
                                       {"psnr", e.psnr},
                                       {"tangential_share", e.tangential_share},
+                                      {"cleaning", cleaning_json(e.cleaning)},
                                       {"seconds", seconds},
                                       {"peak_mb", peak_megabytes()},
                                       {"transform", transform_name(e.transform)}};
     fmt::print("{}\n", json.dump());
-}
-
-void print_cleaning(const CleanReport& r) {
-    const auto say = [](std::uint64_t count, const char* what) {
-        if (count > 0) fmt::print("  {} {}\n", count, what);
-    };
-    say(r.triangulated_polygons, "polygons cut into triangles");
-    say(r.welded_vertices, "vertices joined with others at the same place");
-    say(r.unused_vertices, "vertices that no face uses dropped");
-    say(r.degenerate_faces, "degenerate faces dropped");
-    say(r.duplicate_faces, "duplicate faces dropped");
-    say(r.split_edges, "non-manifold edges taken apart");
-    say(r.split_vertices, "vertices split");
-    say(r.turned_faces, "faces turned");
-    say(r.cut_edges, "edges cut open");
 }
 
 void print_text(const std::string& output, const Encoded& e, double seconds) {
@@ -95,16 +110,22 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
     fmt::print("  {:.1f} seconds, {:.0f} MB\n", seconds, peak_megabytes());
 }
 
+std::vector<std::string> transform_names() {
+    std::vector<std::string> names;
+    for (unsigned k = 0; k < kTransformCount; ++k) names.emplace_back(transform_name(static_cast<TransformKind>(k)));
+    return names;
+}
+
 void encode_file(EncodeArguments& arguments) {
     const auto start = std::chrono::steady_clock::now();
-    const std::optional<TransformKind> kind = transform_from_name(arguments.transform);
-    if (!kind) throw Fatal{kUsage, "unknown transform: " + arguments.transform};
     EncodeOptions& options = arguments.options;
-    options.transform.kind = *kind;
+    options.transform.kind = transform_from_name(arguments.transform).value();  // one of transform_names()
     options.transform.table1_weights = arguments.weights == "table1";
     options.progress = progress_line();
     CleanReport importing;
     Mesh mesh = load_mesh(arguments.input, importing);
+    if (!mesh.colors.empty())
+        fmt::print(stderr, "mvw: {}: colours are not coded yet, the file holds the shape alone\n", arguments.input);
     const Result<Encoded> encoded = encode(std::move(mesh), options);
     end_progress();
     if (!encoded.ok()) throw Fatal{kFailure, arguments.input + ": " + encoded.error().message};
@@ -125,20 +146,23 @@ void add_encode(CLI::App& app) {
     command->footer("Example: mvw encode bunny.ply bunny.mvw");
     command->add_option("INPUT", arguments->input, "Mesh: .ply .obj .stl .off .gltf .glb")->required();
     command->add_option("OUTPUT.mvw", arguments->output, "File to write")->required();
-    command->add_option("--transform", arguments->transform, "Wavelet transform, by name")->capture_default_str();
+    command->add_option("--transform", arguments->transform, "Wavelet transform")
+        ->check(CLI::IsMember(transform_names()))
+        ->capture_default_str();
     command->add_option("--levels", options.levels, "Levels above the base (default: chosen from the model)")
         ->check(CLI::Range(0, 12));
     command->add_option("--base-faces", options.base_faces, "Faces of the base mesh (default: chosen from the model)");
     command->add_option("--target-error", options.target_error, "RMS error to reach, a fraction of the diagonal")
         ->check(CLI::PositiveNumber);
-    command->add_option("--tile-count", options.tile_count, "Tiles of each part (default: chosen from the model)");
+    command->add_option("--tile-count", options.tile_count, "Tiles of each part (default: chosen from the model)")
+        ->check(CLI::Range(1, 65535));
     command->add_option("--s", options.transform.s, "Shape of the rule at extraordinary vertices, in (0, 36/31]")
         ->check(CLI::Range(1e-6, 36.0 / 31.0));
     command->add_option("--weights", arguments->weights, "Lifting weights: computed (exact), or the paper's (table1)")
         ->check(CLI::IsMember({"exact", "table1"}));
     command->add_option("--template", options.transform.loop_template, "Lifting template of loop: 4 or 10")
         ->check(CLI::IsMember({4, 10}));
-    command->add_option("--threads", options.threads, "Threads (default: all cores)");
+    command->add_option("--threads", options.threads, "Threads (default: all cores)")->check(CLI::Range(1, 256));
     command->add_flag("--json", arguments->json, "One JSON object of all figures");
     command->callback([arguments] { encode_file(*arguments); });
 }
