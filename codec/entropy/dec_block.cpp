@@ -41,7 +41,7 @@ Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDeco
     if (!follows)
         return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(plane) + " does not follow those before it"};
     if (!started()) {
-        progress_.emplace(shape.size(), components_);
+        progress_ = std::make_unique<BlockProgress>(shape.size(), components_);
         progress_->top = plane;
     }
     plane_ = plane;

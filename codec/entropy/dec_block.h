@@ -1,7 +1,7 @@
 // Decodes the bit-planes of one block, as far as they have come.
 #pragma once
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <span>
 
 #include "codec/bytes.h"
@@ -27,7 +27,7 @@ class BlockDecoder {
                               bool whole);
 
     /// False while all coefficients are zero because no plane has come.
-    [[nodiscard]] bool started() const { return progress_.has_value(); }
+    [[nodiscard]] bool started() const { return progress_ != nullptr; }
     /// Lowest plane of which anything is known; kMaxPlanes before the first.
     [[nodiscard]] unsigned lowest_plane() const { return plane_; }
 
@@ -40,8 +40,8 @@ class BlockDecoder {
  private:
     unsigned components_;
     unsigned plane_ = kMaxPlanes;
-    std::size_t complete_ = 0;  // entries that have plane_; those behind stand at plane_ + 1
-    std::optional<BlockProgress> progress_;
+    std::size_t complete_ = 0;                 // entries that have plane_; those behind stand at plane_ + 1
+    std::unique_ptr<BlockProgress> progress_;  // some kilobytes: a file may name many blocks and fill few
 };
 
 }  // namespace mvw
