@@ -4,27 +4,23 @@
 #include <cmath>
 #include <thread>
 
-#include "codec/container/crc32c.h"
 #include "codec/container/enc_file.h"
-#include "codec/decoder.h"
-#include "codec/enc_order.h"
+#include "codec/enc_errors.h"
 #include "codec/measure/surface_error.h"
 
 namespace mvw {
 
 namespace {
 
-constexpr std::uint32_t kSamplesOnTheWay = 40'000;  // of a calibration point
-constexpr std::size_t kFewChunks = 48;              // measured at each
-constexpr std::uint64_t kManyVertices = 150'000;    // measured at fewer points
-constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
+constexpr std::uint32_t kSamplesForRemeshing = 40'000;
 constexpr double kRoundingShare = 0.4;      // of the remeshing error may be added by rounding
 constexpr double kFinestRounding = 4e-6;    // where remeshing leaves nothing
 constexpr double kFinestAlone = 2e-5;       // of parts that Draco codes alone
 constexpr double kVerticesOfTile = 32'768;  // a tile has at least so many, so that its chunks are worth their heads
 constexpr unsigned kMostTiles = 64;
 constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles would have fewer vertices, are not tiled
-constexpr double kMostOverhead = 0.045;       // of the file: heads, header, index
+constexpr std::size_t kLongestLeastBytes = 8192;
+constexpr double kMostOverhead = 0.045;  // of the file: heads, header, index
 
 double area(const Mesh& mesh) {
     double sum = 0;
@@ -97,128 +93,93 @@ std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan) {
     return out;
 }
 
-struct Point {
-    std::size_t chunk;
-    double estimated, measured;
+/// Everything about the parts that the chunks' order needs.
+struct CodedModel {
+    FileHeader header;
+    std::vector<CodedPart> parts;
+    OrderOptions order;
 };
 
-/// Decodes as a client would and measures: at first, wherever the estimate or the bytes have changed enough since the
-/// last time, and at the end.
-std::vector<Point> measure(const Mesh& input, const std::vector<PlannedChunk>& plan, ByteSpan file,
-                           std::uint64_t vertices, SurfaceError& last, const EncodeOptions& options) {
-    const double ratio = vertices < kManyVertices ? 1.3 : 1.8;  // of bytes; its square, of mean squared errors
-    std::vector<Point> points;
-    Decoder decoder;
-    (void)decoder.feed_header(file).ok();
-    double error = 0, bytes = 0, bytes_then = 0;
-    std::size_t bases = 0;
-    while (bases < plan.size() && plan[bases].id.channel == Channel::Base) ++bases;
-    for (std::size_t i = 0; i < plan.size(); ++i) {
-        (void)decoder.feed_chunk(plan[i].id, plan[i].payload, crc32c(plan[i].payload)).ok();
-        bytes += double(plan[i].payload.size());
-        const bool end = i + 1 == plan.size();
-        const bool changed = plan.size() < kFewChunks || i + 1 == bases || plan[i].error < error / (ratio * ratio) ||
-                             bytes > ratio * bytes_then;
-        if (i + 1 < bases || (!end && !changed)) continue;
-        const Result<Mesh> mesh = decoder.mesh();
-        if (!mesh.ok() || !measurable(*mesh)) continue;
-        error = plan[i].error;
-        bytes_then = bytes;
-        const SurfaceError e =
-            surface_error(input, *mesh, {end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads});
-        points.push_back({i, std::sqrt(plan[i].error), e.rms});
-        if (end) last = e;
-        if (options.progress) options.progress("measure", double(i + 1) / double(plan.size()));
-    }
-    return points;
+double remeshing_error(const Mesh& input, const std::vector<SemiRegularMesh>& parts, const EncodeOptions& options) {
+    return surface_error(input, finest_mesh(parts), {kSamplesForRemeshing, options.threads}).rms;
 }
 
-double interpolated(const Point& a, const Point& b, double estimated) {
-    if (!(a.estimated > b.estimated) || !(b.estimated > 0) || !(b.measured > 0)) return b.measured;
-    const double t = std::log(a.estimated / estimated) / std::log(a.estimated / b.estimated);
-    const double ratio = std::log(a.measured / a.estimated) * (1 - t) + std::log(b.measured / b.estimated) * t;
-    return estimated * std::exp(ratio);
+/// A file keeps s as a float: the encoder has to transform with that one.
+TransformOptions as_stored(TransformOptions transform) {
+    if (transform.s != TransformOptions{}.s) transform.s = static_cast<double>(static_cast<float>(transform.s));
+    return transform;
 }
 
-/// Replaces estimated mean squared errors by RMS errors that were measured at some of the chunks: between those, the
-/// ratio of measured to estimated follows the logarithm of the estimate.
-void calibrate(std::vector<PlannedChunk>& plan, const std::vector<Point>& points) {
-    if (points.empty()) return;
-    std::size_t next = 0;
-    double before = 1;
-    for (std::size_t i = 0; i < plan.size(); ++i) {
-        while (next + 1 < points.size() && points[next].chunk < i) ++next;
-        const double estimated = std::sqrt(plan[i].error);
-        const double error = next == 0 || points[next].chunk == i
-                                 ? points[next].measured
-                                 : interpolated(points[next - 1], points[next], estimated);
-        plan[i].error = before = std::min(before, error);
-        plan[i].payload[plan[i].id.channel == Channel::Base ? 1 : 0] = std::byte{error_to_code(before)};
+void code_parts(const Mesh& input, std::vector<SemiRegularMesh>& meshes, const EncodeOptions& options,
+                CodedModel& model) {
+    const double remesh_error = remeshing_error(input, meshes, options);
+    const std::array<double, 3>& c = model.header.center;
+    const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+    double whole = 0;
+    for (SemiRegularMesh& mesh : meshes) {
+        model.order.area_share.push_back(area(finest_mesh({mesh})));
+        whole += model.order.area_share.back();
+        const PartPrecision precision = precision_of(mesh, options, remesh_error);
+        for (Vec3& p : mesh.positions) p = (p - Vec3{c[0], c[1], c[2]}) / model.header.diagonal;
+        model.parts.push_back(code_part(mesh, as_stored(options.transform), precision, threads));
+        model.header.parts.push_back(info_of(model.parts.back(), precision.tiles));
+        if (options.progress) options.progress("code", double(model.parts.size()) / double(meshes.size()));
     }
+    for (double& share : model.order.area_share) share = whole > 0 ? share / whole : 1;
+    model.order.floor = remesh_error * remesh_error;
+    model.order.layers = layers_of(model.parts);
+    model.header.transform = static_cast<std::uint8_t>(options.transform.kind);
+    model.header.layers = static_cast<std::uint8_t>(model.order.layers);
+}
+
+/// Fewer, longer chunks until what is not payload is a small share of the file.
+Result<Bytes> plan_file(CodedModel& model, std::vector<PlannedChunk>& plan) {
+    for (;; model.order.least_bytes = model.order.least_bytes * 3 / 2) {
+        plan = order_chunks(model.parts, model.order);
+        Result<Bytes> file = write_file(model.header, to_write(plan));
+        if (!file.ok()) return file;
+        double payload = 0;
+        for (const PlannedChunk& c : plan) payload += double(c.payload.size());
+        const auto size = double(file->size());
+        if (size - payload < kMostOverhead * size || model.order.least_bytes > kLongestLeastBytes) return file;
+    }
+}
+
+void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Encoded& out) {
+    double in_wavelets = 0;
+    for (const CodedPart& part : model.parts) {
+        const auto vertices = double(part.mesh.positions.size());
+        out.vertices += part.mesh.positions.size();
+        out.base_faces += part.mesh.base.face_count();
+        out.levels = std::max(out.levels, part.mesh.levels);
+        out.tangential_share += part.tangential_share * vertices;
+        if (part.mesh.levels > 0) in_wavelets += vertices;
+    }
+    if (in_wavelets > 0) out.tangential_share /= in_wavelets;
+    for (const PlannedChunk& c : plan)
+        if (c.id.channel == Channel::Base) out.base_bytes += c.payload.size();
+    out.parts = static_cast<std::uint32_t>(model.parts.size());
+    out.transform = TransformKind{model.header.transform};
 }
 
 }  // namespace
 
 Result<void> encode_remeshed(const Mesh& input, RemeshResult remeshed, const EncodeOptions& options, Encoded& out) {
-    FileHeader header;
-    if (const Result<void> r = box_of(input, header); !r.ok()) return r;
-    header.transform = static_cast<std::uint8_t>(options.transform.kind);
-    TransformOptions transform = options.transform;
-    if (transform.s != TransformOptions{}.s) transform.s = static_cast<double>(static_cast<float>(transform.s));
-
-    const SurfaceErrorOptions quick{kSamplesOnTheWay, options.threads};
-    const double remesh_error = surface_error(input, finest_mesh(remeshed.parts), quick).rms;
-    const Vec3 center{header.center[0], header.center[1], header.center[2]};
-    const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-    std::vector<CodedPart> parts;
-    OrderOptions order;
-    double vertices = 0;
-    for (SemiRegularMesh& part : remeshed.parts) {
-        order.area_share.push_back(area(finest_mesh({part})));
-        const PartPrecision precision = precision_of(part, options, remesh_error);
-        for (Vec3& p : part.positions) p = (p - center) / header.diagonal;
-        parts.push_back(code_part(part, transform, precision, threads));
-        header.parts.push_back(info_of(parts.back(), precision.tiles));
-        out.vertices += part.positions.size();
-        out.base_faces += part.base.face_count();
-        out.levels = std::max(out.levels, part.levels);
-        out.tangential_share += parts.back().tangential_share * double(part.positions.size());
-        vertices += part.levels > 0 ? double(part.positions.size()) : 0;
-        if (options.progress) options.progress("code", double(parts.size()) / double(remeshed.parts.size()));
-    }
-    double whole = 0;
-    for (const double a : order.area_share) whole += a;
-    for (double& a : order.area_share) a = whole > 0 ? a / whole : 1;
-    order.floor = remesh_error * remesh_error;
-    order.layers = layers_of(parts);
-    header.layers = static_cast<std::uint8_t>(order.layers);
-
-    // Fewer, longer chunks until what is not payload is a small share of the file.
+    CodedModel model;
+    if (const Result<void> r = box_of(input, model.header); !r.ok()) return r;
+    code_parts(input, remeshed.parts, options, model);
     std::vector<PlannedChunk> plan;
-    Result<Bytes> file = Bytes{};
-    for (;; order.least_bytes = order.least_bytes * 3 / 2) {
-        plan = order_chunks(parts, order);
-        file = write_file(header, to_write(plan));
-        if (!file.ok()) return file.error();
-        double payload = 0;
-        for (const PlannedChunk& c : plan) payload += double(c.payload.size());
-        if (double(file->size()) - payload < kMostOverhead * double(file->size()) || order.least_bytes > 8192) break;
-    }
-    SurfaceError error;
-    calibrate(plan, measure(input, plan, *file, out.vertices, error, options));
-    file = write_file(header, to_write(plan));
+    const Result<Bytes> estimated = plan_file(model, plan);
+    if (!estimated.ok()) return estimated.error();
+    const SurfaceError error = measure_errors(input, *estimated, plan, options);
+    Result<Bytes> file = write_file(model.header, to_write(plan));
     if (!file.ok()) return file.error();
-
-    for (const PlannedChunk& c : plan)
-        if (c.id.channel == Channel::Base) out.base_bytes += c.payload.size();
     out.file = std::move(*file);
-    out.parts = static_cast<std::uint32_t>(parts.size());
-    out.tangential_share = vertices > 0 ? out.tangential_share / vertices : 0;
     out.draco_area_share = remeshed.alone_area_share;
     out.rms = error.rms;
     out.max = error.max;
     out.psnr = error.psnr;
-    out.transform = options.transform.kind;
+    report(model, plan, out);
     return {};
 }
 

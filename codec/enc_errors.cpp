@@ -1,0 +1,96 @@
+#include "codec/enc_errors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/container/crc32c.h"
+#include "codec/decoder.h"
+#include "codec/mesh/semi_regular.h"
+#include "codec/part_params.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr std::uint32_t kSamplesOnTheWay = 40'000;
+constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
+constexpr std::size_t kFewChunks = 48;            // measured at each
+constexpr std::uint64_t kManyVertices = 150'000;  // measured at fewer points
+
+std::uint64_t vertices_of(const FileHeader& header) {
+    std::uint64_t vertices = 0;
+    for (const PartInfo& p : header.parts)
+        vertices += vertices_at_level(p.base_vertices, p.base_edges, p.base_faces, p.levels);
+    return vertices;
+}
+
+struct Point {
+    std::size_t chunk;
+    double estimated, measured;
+};
+
+/// Decodes as a client would and measures: at first, wherever the estimate or the bytes have changed enough since the
+/// last time, and at the end.
+std::vector<Point> measure(const Mesh& input, const std::vector<PlannedChunk>& plan, ByteSpan file, SurfaceError& last,
+                           const EncodeOptions& options) {
+    std::vector<Point> points;
+    Decoder decoder;
+    (void)decoder.feed_header(file).ok();
+    const double ratio = vertices_of(*decoder.header()) < kManyVertices ? 1.3 : 1.8;  // of bytes; squared, of estimates
+    double error = 0, bytes = 0, bytes_then = 0;
+    std::size_t bases = 0;
+    while (bases < plan.size() && plan[bases].id.channel == Channel::Base) ++bases;
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+        (void)decoder.feed_chunk(plan[i].id, plan[i].payload, crc32c(plan[i].payload)).ok();
+        bytes += double(plan[i].payload.size());
+        const bool end = i + 1 == plan.size();
+        const bool changed = plan.size() < kFewChunks || i + 1 == bases || plan[i].error < error / (ratio * ratio) ||
+                             bytes > ratio * bytes_then;
+        if (i + 1 < bases || (!end && !changed)) continue;
+        const Result<Mesh> mesh = decoder.mesh();
+        if (!mesh.ok() || !measurable(*mesh)) continue;
+        error = plan[i].error;
+        bytes_then = bytes;
+        const SurfaceError e =
+            surface_error(input, *mesh, {end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads});
+        points.push_back({i, std::sqrt(plan[i].error), e.rms});
+        if (end) last = e;
+        if (options.progress) options.progress("measure", double(i + 1) / double(plan.size()));
+    }
+    return points;
+}
+
+double interpolated(const Point& a, const Point& b, double estimated) {
+    if (!(a.estimated > b.estimated) || !(b.estimated > 0) || !(b.measured > 0)) return b.measured;
+    const double t = std::log(a.estimated / estimated) / std::log(a.estimated / b.estimated);
+    const double ratio = std::log(a.measured / a.estimated) * (1 - t) + std::log(b.measured / b.estimated) * t;
+    return estimated * std::exp(ratio);
+}
+
+/// Replaces estimated mean squared errors by RMS errors that were measured at some of the chunks: between those, the
+/// ratio of measured to estimated follows the logarithm of the estimate.
+void calibrate(std::vector<PlannedChunk>& plan, const std::vector<Point>& points) {
+    if (points.empty()) return;
+    std::size_t next = 0;
+    double before = 1;
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+        while (next + 1 < points.size() && points[next].chunk < i) ++next;
+        const double estimated = std::sqrt(plan[i].error);
+        const double error = next == 0 || points[next].chunk == i
+                                 ? points[next].measured
+                                 : interpolated(points[next - 1], points[next], estimated);
+        plan[i].error = before = std::min(before, error);
+        plan[i].payload[plan[i].id.channel == Channel::Base ? 1 : 0] = std::byte{error_to_code(before)};
+    }
+}
+
+}  // namespace
+
+SurfaceError measure_errors(const Mesh& input, ByteSpan file, std::vector<PlannedChunk>& plan,
+                            const EncodeOptions& options) {
+    SurfaceError error;
+    calibrate(plan, measure(input, plan, file, error, options));
+    return error;
+}
+
+}  // namespace mvw
