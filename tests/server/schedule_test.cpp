@@ -120,6 +120,22 @@ TEST_F(ScheduleTest, PriorityZeroMeansNotAtAllAndATileHasALevelOfItsOwn) {
     }
 }
 
+TEST_F(ScheduleTest, LevelsThatAreNotTiledComeWhateverTheTiles) {
+    Toc toc = toc_;
+    toc.header.parts[0].first_tiled_level = 1;
+    Request r;
+    r.other_priority = 0;
+    r.tiles = {{0, 3, 1, 255}};
+    bool level_0 = false;
+    for (const std::uint32_t i : walk(toc, r).order) {
+        const ChunkId& id = toc.chunks[i].id;
+        if (id.channel == Channel::Base) continue;
+        level_0 |= id.level == 0 && id.tile == 0;
+        EXPECT_TRUE(id.level == 0 || id.tile == 3);
+    }
+    EXPECT_TRUE(level_0);
+}
+
 TEST_F(ScheduleTest, LayersOfATileKeepTheirOrder) {
     Request r;
     r.tiles = {{0, 2, 9, 255}, {0, 1, 5, 1}, {0, 0, 7, 255}};
