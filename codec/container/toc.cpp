@@ -264,8 +264,10 @@ Result<Toc> read_toc(const FileHeader& header, ByteSpan index, std::uint64_t fil
     for (ChunkEntry& c : toc.chunks) c.crc32c = in.u32();
     std::int64_t centibel = 0;
     for (ChunkEntry& c : toc.chunks) {
-        centibel += unzigzag(in.varint());
-        if (centibel < 0 || centibel > 0xFFFF) return malformed(header.index_offset, "an error value is out of range");
+        const std::int64_t step = unzigzag(in.varint());
+        if (step < -0xFFFF || step > 0xFFFF || centibel + step < 0 || centibel + step > 0xFFFF)
+            return malformed(header.index_offset, "an error value is out of range");
+        centibel += step;
         c.error = error_from_disk(static_cast<std::uint16_t>(centibel));
     }
     if (!in.ok() || in.remaining() != 0) return malformed(header.index_offset, "the index's rows do not fill it");
