@@ -40,6 +40,12 @@ double triangle_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
     return sum > 0 ? 2 * std::sqrt(3.0) * length(cross(b - a, c - a)) / sum : 0;
 }
 
+/// Where q is least, drawn a little towards the edge's middle so that flat surroundings have an answer, too.
+Vec3 best_position(Quadric q, const Vec3& middle) {
+    q.add_point(middle, 1e-3 * q.trace());
+    return q.minimum(middle);
+}
+
 /// The mode of collapsing an edge between these kinds, and whether the second end is the one to keep.
 bool choose_mode(VertexKind a, VertexKind b, bool line, CollapseMode& mode, bool& keep_second) {
     keep_second = b > a;
@@ -103,9 +109,7 @@ bool SelfParameterization::evaluate(std::uint32_t h, Candidate& out) const {
         error = q(mesh_.positions[keep_second ? j : i]);
     } else {
         const Vec3 middle = (mesh_.positions[i] + mesh_.positions[j]) * 0.5;
-        Quadric soft = q;
-        soft.add_point(middle, 1e-3 * q.trace());
-        error = q(soft.minimum(middle));
+        error = q(best_position(q, middle));
     }
     out = {std::max(error, 0.0) + shape_weight_ * q.trace() * squared, h, version_[i], version_[j], i, j, 0};
     return true;
@@ -170,9 +174,7 @@ bool SelfParameterization::try_collapse(const Candidate& c, const Strictness& ru
     std::size_t count = 1;
     if (mode == CollapseMode::Free || mode == CollapseMode::Slide) {
         const Vec3 middle = (kept + removed) * 0.5;
-        Quadric soft = q;
-        soft.add_point(middle, 1e-3 * q.trace());
-        tries[0] = soft.minimum(middle);
+        tries[0] = best_position(q, middle);
         count = 3;
     }
     const FlattenLimits limits{rules.max_stretch};
