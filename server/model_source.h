@@ -1,4 +1,5 @@
-// A model as the session and the transports see it: its table of contents and its bytes.
+// What the server serves, as sessions and transports see it: bytes that can be read at any place, and models among
+// them.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -10,18 +11,24 @@
 
 namespace mvw::server {
 
-/// One model, fixed at the moment it was opened. Safe to use from several threads.
-class ModelSource {
+/// Bytes that can be read at any place. Safe to use from several threads.
+class ByteSource {
  public:
-    virtual ~ModelSource() = default;
+    virtual ~ByteSource() = default;
+    /// Fills `out` with the bytes from `offset`. Io where that fails or the source has become too short.
+    virtual Result<void> read(std::uint64_t offset, std::span<std::byte> out) const = 0;
+    /// Of the file that holds these very bytes, for sends without a copy; -1 where there is none.
+    [[nodiscard]] virtual int descriptor() const { return -1; }
+};
 
+/// One model, fixed at the moment it was opened; read() is by offsets of its file. Safe to use from several threads.
+class ModelSource : public ByteSource {
+ public:
     [[nodiscard]] const Toc& toc() const { return toc_; }
     [[nodiscard]] ByteSpan header() const { return header_; }  // the file's first header_bytes
     [[nodiscard]] std::uint64_t file_bytes() const { return file_bytes_; }
     [[nodiscard]] std::uint64_t payload_bytes() const { return payload_bytes_; }
 
-    /// Fills `out` with the file's bytes from `offset`. Io where that fails or the file has become too short.
-    virtual Result<void> read(std::uint64_t offset, std::span<std::byte> out) const = 0;
     /// False once the bytes behind this model have been overwritten in place; a file replaced by another of its name
     /// stays what it was.
     [[nodiscard]] virtual bool intact() const = 0;
@@ -39,5 +46,7 @@ using ModelPtr = std::shared_ptr<const ModelSource>;
 
 /// Finds a model by the name that a peer sent. Io: no such model.
 using OpenModel = std::function<Result<ModelPtr>(std::string_view name)>;
+/// Whether a token allows a model; an error's message is a sentence for the peer. Empty: all is allowed.
+using CheckToken = std::function<Result<void>(std::string_view token, std::string_view name)>;
 
 }  // namespace mvw::server

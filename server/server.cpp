@@ -5,25 +5,23 @@
 #include <utility>  // before Asio, which uses std::exchange without it
 
 #include <fmt/format.h>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/strand.hpp>
 
 #include <algorithm>
 #include <csignal>
 #include <thread>
 #include <vector>
 
+#include "server/catalogue.h"
+#include "server/site.h"
 #include "server/store.h"
-#include "server/transport/tcp.h"
+#include "server/transport/http.h"
+#include "server/transport/listener.h"
+#include "server/transport/peer.h"
 
 namespace mvw::server {
 namespace {
-
-namespace asio = boost::asio;
-using boost::system::error_code;
 
 constexpr std::chrono::seconds kScanEvery{5};
 
@@ -54,15 +52,74 @@ void log_changes(const std::vector<StoreEntry>& before, const std::vector<StoreE
     }
 }
 
+using TlsContext = std::unique_ptr<asio::ssl::context>;
+
+// TLS 1.2 or 1.3 with the given certificate chain; null where there is none.
+Result<TlsContext> make_tls(const std::string& cert, const std::string& key) {
+    if (cert.empty() && key.empty()) return TlsContext();
+    if (cert.empty() || key.empty())
+        return Error{Errc::InvalidArgument, 0, "TLS needs a certificate and its key, and only one is given"};
+    auto tls = std::make_unique<asio::ssl::context>(asio::ssl::context::tls_server);
+    error_code error;
+    tls->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
+                         asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 | asio::ssl::context::no_tlsv1_1 |
+                         asio::ssl::context::no_compression,
+                     error);
+    tls->use_certificate_chain_file(cert, error);
+    if (error) return Error{Errc::Io, 0, cert + ": " + error.message()};
+    tls->use_private_key_file(key, asio::ssl::context::pem, error);
+    if (error) return Error{Errc::Io, 0, key + ": " + error.message()};
+    SSL_CTX_set_mode(tls->native_handle(), SSL_MODE_RELEASE_BUFFERS);  // an idle peer costs no buffer
+    return tls;
+}
+
+CheckToken make_check(const std::optional<TokenKeys>& keys) {
+    if (!keys) return {};
+    return [keys = *keys](std::string_view token, std::string_view model) {
+        const auto now = std::chrono::system_clock::now().time_since_epoch();
+        return keys.check(token, model, std::chrono::duration_cast<std::chrono::seconds>(now).count());
+    };
+}
+
+// What peers over a limit are told, each in its own language; under TLS they cannot be told without a handshake.
+Bytes tcp_refusal() {
+    return write_message(protocol::ErrorMessage{protocol::ErrorCode::TooBusy, "too many connections"});
+}
+Bytes http_refusal() {
+    HttpReply reply = plain_reply(503, "too many connections");
+    reply.fields.emplace_back("Retry-After", "1");
+    const std::string text = reply.head(false) + reply.text;
+    const ByteSpan bytes = std::as_bytes(std::span(text));
+    return {bytes.begin(), bytes.end()};
+}
+
 }  // namespace
 
 class Server::Impl {
  public:
-    Impl(ServerOptions options, std::unique_ptr<Store> store)
+    Impl(ServerOptions options, std::unique_ptr<Store> store, TlsContext tls)
         : options_(std::move(options)),
           store_(std::move(store)),
-          context_{[this](std::string_view name) { return open(name); }, options_.limits, options_.log},
-          listener_(io_, context_),
+          tls_(std::move(tls)),
+          catalogue_(*store_),
+          context_{[this](std::string_view name) { return open(name); }, make_check(options_.tokens), options_.limits,
+                   options_.log, metrics_},
+          site_(context_.open, context_.allow, catalogue_, metrics_, options_.page),
+          admission_(context_.limits),
+          tcp_listener_(std::make_shared<Listener>(
+              io_, context_, admission_,
+              [this](Socket socket, std::string name, std::function<void()> on_end) {
+                  return make_peer(make_carrier(std::move(socket), tls_.get()), Way::Tcp, context_, std::move(name),
+                                   std::move(on_end));
+              },
+              tls_ ? Bytes() : tcp_refusal())),
+          http_listener_(std::make_shared<Listener>(
+              io_, context_, admission_,
+              [this](Socket socket, std::string name, std::function<void()> on_end) {
+                  return make_http(make_carrier(std::move(socket), tls_.get()), context_, site_, std::move(name),
+                                   std::move(on_end));
+              },
+              tls_ ? Bytes() : http_refusal())),
           control_(io_.get_executor()),
           drain_timer_(control_),
           scan_timer_(control_),
@@ -73,9 +130,12 @@ class Server::Impl {
     }
 
     Result<void> start() {
-        Result<protocol::HostPort> bound = listener_.listen(options_.tcp);
-        if (!bound) return bound.error();
-        tcp_ = *bound;
+        const Result<protocol::HostPort> tcp_bound = tcp_listener_->listen(options_.tcp);
+        if (!tcp_bound) return tcp_bound.error();
+        tcp_ = *tcp_bound;
+        const Result<protocol::HostPort> http_bound = http_listener_->listen(options_.http);
+        if (!http_bound) return http_bound.error();
+        http_ = *http_bound;
         if (options_.handle_signals) {
             error_code ignored;
             signals_.add(SIGINT, ignored);
@@ -84,8 +144,9 @@ class Server::Impl {
         }
         known_ = store_->list();
         models_ = known_.size();
-        options_.log(LogLevel::Info, fmt::format("event=listening transport=tcp address={} folder={} models={}",
-                                                 to_string(tcp_), log_value(options_.folder), models_));
+        options_.log(LogLevel::Info, fmt::format("event=listening tcp={} http={} tls={} tokens={} folder={} models={}",
+                                                 to_string(tcp_), to_string(http_), tls_ != nullptr,
+                                                 options_.tokens.has_value(), log_value(options_.folder), models_));
         scan_later();
         const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
         const unsigned threads = options_.threads != 0 ? options_.threads : std::min(4u, cores);
@@ -96,9 +157,11 @@ class Server::Impl {
     void drain() {
         asio::post(control_, [this] {
             if (std::exchange(ending_, true)) return;
-            options_.log(LogLevel::Info, fmt::format("event=draining connections={}", listener_.connections()));
+            options_.log(LogLevel::Info, fmt::format("event=draining connections={}", admission_.connections()));
             scan_timer_.cancel();
-            listener_.drain();
+            site_.drain();
+            tcp_listener_->drain();
+            http_listener_->drain();
             finish_when_empty(std::chrono::steady_clock::now() + options_.limits.drain_time);
         });
     }
@@ -106,7 +169,8 @@ class Server::Impl {
         asio::post(control_, [this] {
             if (std::exchange(stopped_, true)) return;
             ending_ = true;
-            listener_.stop();
+            tcp_listener_->stop();
+            http_listener_->stop();
             scan_timer_.cancel();
             drain_timer_.cancel();
             error_code ignored;
@@ -119,16 +183,19 @@ class Server::Impl {
     }
 
     [[nodiscard]] protocol::HostPort tcp_address() const { return tcp_; }
-    [[nodiscard]] std::size_t connections() const { return listener_.connections(); }
+    [[nodiscard]] protocol::HostPort http_address() const { return http_; }
+    [[nodiscard]] std::size_t connections() const { return admission_.connections(); }
     [[nodiscard]] std::size_t models() const { return models_; }
 
  private:
     Result<ModelPtr> open(std::string_view name) {
         Result<ModelPtr> model = store_->open(name);
-        if (!model && model.error().code != Errc::Io)
+        if (!model && model.error().code != Errc::Io) {
+            ++metrics_.reload_failures;
             options_.log(LogLevel::Warning,
                          fmt::format("event=unsound model={} reason={}", log_value(std::string(name)),
                                      log_value(model.error().message)));
+        }
         return model;
     }
 
@@ -142,7 +209,7 @@ class Server::Impl {
 
     // Looks often rather than being told: the last peer's end is no news worth a channel of its own.
     void finish_when_empty(std::chrono::steady_clock::time_point deadline) {
-        if (listener_.connections() == 0 || std::chrono::steady_clock::now() >= deadline) return stop();
+        if (admission_.connections() == 0 || std::chrono::steady_clock::now() >= deadline) return stop();
         drain_timer_.expires_after(std::chrono::milliseconds(20));
         drain_timer_.async_wait([this, deadline](const error_code& error) {
             if (!error) finish_when_empty(deadline);
@@ -160,21 +227,23 @@ class Server::Impl {
         });
     }
 
-    using Strand = asio::strand<asio::io_context::executor_type>;
-    using Timer =
-        asio::basic_waitable_timer<std::chrono::steady_clock, asio::wait_traits<std::chrono::steady_clock>, Strand>;
     ServerOptions options_;
     std::unique_ptr<Store> store_;
-    asio::io_context io_;
+    const TlsContext tls_;
+    Catalogue catalogue_;
+    Metrics metrics_;
     PeerContext context_;
-    TcpListener listener_;
+    Site site_;
+    Admission admission_;
+    asio::io_context io_;  // after what its handlers use, which go with it
+    std::shared_ptr<Listener> tcp_listener_, http_listener_;
     Strand control_;  // all that follows is touched on it alone once the threads run
     Timer drain_timer_, scan_timer_;
     asio::basic_signal_set<Strand> signals_;
     bool ending_ = false, stopped_ = false;
     std::vector<StoreEntry> known_;
     std::size_t models_ = 0;
-    protocol::HostPort tcp_;
+    protocol::HostPort tcp_, http_;
     std::vector<std::thread> threads_;
 };
 
@@ -183,7 +252,10 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
     if (!options.log) options.log = [](LogLevel, const std::string&) {};
     Result<std::unique_ptr<Store>> store = Store::open_folder(options.folder, options.limits.max_open_models);
     if (!store) return store.error();
-    auto impl = std::make_unique<Impl>(std::move(options), std::move(store).value());
+    Result<TlsContext> tls = make_tls(options.tls_cert, options.tls_key);
+    if (!tls) return tls.error();
+    if (!options.page.empty() && !open_folder(options.page).ok()) return io_error(options.page);
+    auto impl = std::make_unique<Impl>(std::move(options), std::move(store).value(), std::move(tls).value());
     if (Result<void> r = impl->start(); !r) return r.error();
     return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
@@ -192,6 +264,9 @@ Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::~Server() = default;
 protocol::HostPort Server::tcp_address() const {
     return impl_->tcp_address();
+}
+protocol::HostPort Server::http_address() const {
+    return impl_->http_address();
 }
 std::size_t Server::connections() const {
     return impl_->connections();

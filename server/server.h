@@ -1,17 +1,23 @@
-// A whole server in one object: a folder of .mvw files in, streams out.
+// A whole server in one object: a folder of .mvw files in, streams out by TCP, WebSocket and HTTP.
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "server/limits.h"
 #include "server/log.h"
 #include "server/protocol/address.h"
+#include "server/token.h"
 
 namespace mvw::server {
 
 struct ServerOptions {
     std::string folder;
-    protocol::HostPort tcp{"127.0.0.1", protocol::kDefaultPort};  // port 0: the system chooses
+    protocol::HostPort tcp{"127.0.0.1", protocol::kDefaultPort};       // port 0: the system chooses
+    protocol::HostPort http{"127.0.0.1", protocol::kDefaultHttpPort};  // WebSocket as well
+    std::string page;                 // folder of the web page served at "/"; empty: none
+    std::string tls_cert, tls_key;    // PEM files; both or none. TLS is then spoken on both addresses, and nothing else
+    std::optional<TokenKeys> tokens;  // none: everybody may open every model
     ServerLimits limits;
     unsigned threads = 0;         // 0: one a core, at most 4
     bool handle_signals = false;  // SIGINT, SIGTERM: the first drains, the second stops
@@ -21,7 +27,7 @@ struct ServerOptions {
 /// Serves from start() until drain() or stop() has run its course. All calls from any thread.
 class Server {
  public:
-    /// Io where the folder cannot be read or the address cannot be had.
+    /// Io where a folder or TLS file cannot be read or an address cannot be had.
     static Result<std::unique_ptr<Server>> start(ServerOptions options);
     ~Server();  // stops
     Server(const Server&) = delete;
@@ -29,6 +35,7 @@ class Server {
 
     /// Where it listens, with the port that the system chose.
     [[nodiscard]] protocol::HostPort tcp_address() const;
+    [[nodiscard]] protocol::HostPort http_address() const;
     [[nodiscard]] std::size_t connections() const;
     /// Models found at the start.
     [[nodiscard]] std::size_t models() const;

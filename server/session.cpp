@@ -28,8 +28,12 @@ constexpr bool kFromServerOnly = std::is_same_v<M, Model> || std::is_same_v<M, C
 
 }  // namespace
 
-Session::Session(OpenModel open, const ServerLimits& limits)
-    : open_(std::move(open)), limits_(limits), input_(limits.message), tokens_(limits.message_burst) {}
+Session::Session(OpenModel open, const ServerLimits& limits, CheckToken allow)
+    : open_(std::move(open)),
+      allow_(std::move(allow)),
+      limits_(limits),
+      input_(limits.message),
+      tokens_(limits.message_burst) {}
 
 Actions Session::on_start(Clock::time_point now) {
     tokens_at_ = last_heard_ = last_progress_ = now;
@@ -86,12 +90,14 @@ Actions Session::on_timer(Clock::time_point now) {
     now_ = now;
     timer_.reset();
     if (deadline() <= now) {
-        if (queued_ > 0 && last_progress_ + limits_.stall_time <= now)
+        if (queued_ > 0 && last_progress_ + limits_.stall_time <= now) {
+            ++stats_.timeouts;
             close("peer does not read");
-        else if (message_begun_ && *message_begun_ + limits_.header_time <= now)
+        } else if (message_begun_ && *message_begun_ + limits_.header_time <= now) {
             fail(ErrorCode::Timeout, greeted_ ? "the message took too long" : "no HELLO in time");
-        else
+        } else {
             fail(ErrorCode::Timeout, "idle for too long");
+        }
     }
     return flush(now);
 }
@@ -144,6 +150,9 @@ void Session::handle(const Open& m) {
     if (m.content_id == ContentId{} && !m.request.held.empty())
         return fail(ErrorCode::Malformed, "chunks are held, and no model is named that they are of");
     forget_model();
+    // Before the look-up: whoever may not have a model does not learn whether it is there.
+    if (const Result<void> allowed = allow_ ? allow_(m.token, m.model) : Result<void>{}; !allowed)
+        return fail(ErrorCode::Forbidden, allowed.error().message);
     Result<ModelPtr> found = open_(m.model);
     if (!found) {
         const ErrorCode code = wire_code(found.error().code);
@@ -283,6 +292,9 @@ void Session::count_queued(std::size_t bytes, bool is_answer) {
 void Session::fail(ErrorCode code, std::string sentence) {
     if (closed_) return;
     ++stats_.errors;
+    stats_.malformed += code == ErrorCode::Malformed || code == ErrorCode::LimitExceeded;
+    stats_.timeouts += code == ErrorCode::Timeout;
+    stats_.forbidden += code == ErrorCode::Forbidden;
     answer(write_message(ErrorMessage{code, sentence}));
     if (!is_recoverable(code)) close(std::move(sentence));
 }

@@ -41,7 +41,8 @@ using Actions = std::vector<Action>;
 /// What one peer has had so far.
 struct SessionStats {
     std::uint64_t messages = 0, requests = 0, chunks = 0, errors = 0;
-    std::uint64_t queued_bytes = 0;  // by actions, heads included
+    std::uint64_t malformed = 0, timeouts = 0, forbidden = 0;  // of those errors; timeouts also without a word
+    std::uint64_t queued_bytes = 0;                            // by actions, heads included
 };
 
 /// One peer's protocol state. Owns no socket, thread or clock, so a test drives it with literals. Not thread-safe: one
@@ -49,7 +50,7 @@ struct SessionStats {
 class Session {
  public:
     /// `limits` outlives the session.
-    Session(OpenModel open, const ServerLimits& limits);
+    Session(OpenModel open, const ServerLimits& limits, CheckToken allow = {});
 
     Actions on_start(Clock::time_point now);
     Actions on_bytes(ByteSpan in, Clock::time_point now);
@@ -92,6 +93,7 @@ class Session {
     [[nodiscard]] Clock::time_point deadline() const;
 
     OpenModel open_;
+    CheckToken allow_;
     const ServerLimits& limits_;
     protocol::MessageStream input_;
     Actions actions_;

@@ -6,8 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 namespace mvw::server {
@@ -15,55 +13,6 @@ namespace {
 
 constexpr std::string_view kEnding = ".mvw";
 constexpr int kMaxDepth = 16;  // of folders below the served one
-constexpr int kFolderFlags = O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
-constexpr int kFileFlags = O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;  // a fifo must not block the open
-
-/// An open descriptor, closed at the end.
-class Descriptor {
- public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    Descriptor& operator=(Descriptor&& other) noexcept {
-        std::swap(fd_, other.fd_);
-        return *this;
-    }
-    [[nodiscard]] int get() const { return fd_; }
-    [[nodiscard]] bool ok() const { return fd_ >= 0; }
-
- private:
-    int fd_;
-};
-
-Error io_error(std::string_view what) {
-    return {Errc::Io, 0, std::string(what) + ": " + std::strerror(errno)};
-}
-
-FileStamp stamp_of(const struct stat& s) {
-    return {s.st_dev, s.st_ino, static_cast<std::uint64_t>(s.st_size),
-            std::int64_t{s.st_mtim.tv_sec} * 1'000'000'000 + s.st_mtim.tv_nsec};
-}
-
-Result<FileStamp> stamp_of(int fd) {
-    struct stat s {};
-    if (::fstat(fd, &s) != 0) return io_error("stat");
-    if (!S_ISREG(s.st_mode)) return Error{Errc::Io, 0, "not a file"};
-    return stamp_of(s);
-}
-
-Result<void> read_all(int fd, std::uint64_t offset, std::span<std::byte> out) {
-    while (!out.empty()) {
-        const ssize_t n = ::pread(fd, out.data(), out.size(), static_cast<off_t>(offset));
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) return io_error("read");
-        if (n == 0) return Error{Errc::Io, offset, "the file has become shorter"};
-        out = out.subspan(static_cast<std::size_t>(n));
-        offset += static_cast<std::uint64_t>(n);
-    }
-    return {};
-}
 
 class FileModel final : public ModelSource {
  public:
@@ -73,6 +22,7 @@ class FileModel final : public ModelSource {
     Result<void> read(std::uint64_t offset, std::span<std::byte> out) const override {
         return read_all(file_.get(), offset, out);
     }
+    int descriptor() const override { return file_.get(); }
     bool intact() const override {
         const Result<FileStamp> now = stamp_of(file_.get());
         return now.ok() && *now == stamp_;
@@ -82,19 +32,6 @@ class FileModel final : public ModelSource {
     Descriptor file_;
     FileStamp stamp_;
 };
-
-// Opens folder/a/b/c.mvw part by part, so that a link put in the way is refused and not followed.
-Descriptor open_below(int folder, std::string_view name) {
-    Descriptor here(-1);
-    int at = folder;
-    for (std::size_t slash = name.find('/'); slash != std::string_view::npos; slash = name.find('/')) {
-        here = Descriptor(::openat(at, std::string(name.substr(0, slash)).c_str(), kFolderFlags));
-        if (!here.ok()) return here;
-        at = here.get();
-        name.remove_prefix(slash + 1);
-    }
-    return Descriptor(::openat(at, (std::string(name) + std::string(kEnding)).c_str(), kFileFlags));
-}
 
 // The header, read in growing steps because its length is known only once it parses.
 Result<Bytes> read_header_bytes(int fd, std::uint64_t file_bytes, FileHeader& header, const Limits& limits) {
@@ -137,7 +74,7 @@ void list_below(Descriptor folder, const std::string& prefix, int depth, std::ve
         if (S_ISREG(s.st_mode) && name.size() > kEnding.size() && name.ends_with(kEnding))
             out.push_back({prefix + name.substr(0, name.size() - kEnding.size()), stamp_of(s)});
         else if (S_ISDIR(s.st_mode) && depth < kMaxDepth)
-            if (Descriptor below(::openat(folder.get(), name.c_str(), kFolderFlags)); below.ok())
+            if (Descriptor below = open_folder_at(folder.get(), name); below.ok())
                 list_below(std::move(below), prefix + name + "/", depth + 1, out);
     }
     ::closedir(dir);
@@ -145,32 +82,17 @@ void list_below(Descriptor folder, const std::string& prefix, int depth, std::ve
 
 }  // namespace
 
-bool is_plain_name(std::string_view name) {
-    if (name.empty() || name.find('\0') != std::string_view::npos || name.find('\\') != std::string_view::npos)
-        return false;
-    for (std::size_t at = 0; at <= name.size();) {
-        const std::size_t end = std::min(name.find('/', at), name.size());
-        if (end == at || name[at] == '.') return false;
-        at = end + 1;
-    }
-    return true;
-}
-
 Result<std::unique_ptr<Store>> Store::open_folder(const std::string& folder, std::size_t max_open,
                                                   const Limits& limits) {
-    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return io_error(folder);
-    return std::unique_ptr<Store>(new Store(fd, max_open, limits));
-}
-
-Store::~Store() {
-    ::close(folder_);
+    Descriptor opened = mvw::server::open_folder(folder);
+    if (!opened.ok()) return io_error(folder);
+    return std::unique_ptr<Store>(new Store(std::move(opened), max_open, limits));
 }
 
 Result<ModelPtr> Store::open(std::string_view name) {
     if (name.ends_with(kEnding)) name.remove_suffix(kEnding.size());
     if (!is_plain_name(name)) return Error{Errc::Io, 0, "no such model"};
-    Descriptor file = open_below(folder_, name);
+    Descriptor file = open_below(folder_.get(), std::string(name) + std::string(kEnding));
     if (!file.ok()) return Error{Errc::Io, 0, "no such model"};
     const Result<FileStamp> stamp = stamp_of(file.get());
     if (!stamp) return Error{Errc::Io, 0, "no such model"};
@@ -195,7 +117,7 @@ Result<ModelPtr> Store::open(std::string_view name) {
 
 std::vector<StoreEntry> Store::list() const {
     std::vector<StoreEntry> entries;
-    if (Descriptor top(::openat(folder_, ".", kFolderFlags)); top.ok()) list_below(std::move(top), "", 0, entries);
+    if (Descriptor top = open_folder_at(folder_.get(), "."); top.ok()) list_below(std::move(top), "", 0, entries);
     std::sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
     return entries;
 }

@@ -11,16 +11,9 @@
 #include <vector>
 
 #include "codec/limits.h"
-#include "server/model_source.h"
+#include "server/files.h"
 
 namespace mvw::server {
-
-/// What tells one state of a file from another.
-struct FileStamp {
-    std::uint64_t device = 0, inode = 0, bytes = 0;
-    std::int64_t modified_ns = 0;
-    friend constexpr bool operator==(const FileStamp&, const FileStamp&) = default;
-};
 
 /// A file that could be served.
 struct StoreEntry {
@@ -34,7 +27,6 @@ class Store {
     /// Io where `folder` cannot be opened. `max_open` models are kept ready besides those in use.
     static Result<std::unique_ptr<Store>> open_folder(const std::string& folder, std::size_t max_open,
                                                       const Limits& limits = {});
-    ~Store();
     Store(const Store&) = delete;
     Store& operator=(const Store&) = delete;
 
@@ -51,18 +43,14 @@ class Store {
         FileStamp stamp;
         ModelPtr model;
     };
-    Store(int folder, std::size_t max_open, const Limits& limits)
-        : folder_(folder), max_open_(max_open), limits_(limits) {}
+    Store(Descriptor folder, std::size_t max_open, const Limits& limits)
+        : folder_(std::move(folder)), max_open_(max_open), limits_(limits) {}
 
-    const int folder_;  // descriptor
+    const Descriptor folder_;
     const std::size_t max_open_;
     const Limits limits_;
     std::mutex mutex_;
     std::list<Ready> ready_;  // most recently used first
 };
-
-/// True for names that may be looked up: one or more parts joined by '/', none of them empty or starting with '.',
-/// no NUL and no backslash.
-bool is_plain_name(std::string_view name);
 
 }  // namespace mvw::server

@@ -36,7 +36,7 @@ say "Encoding"
 "$mvw" info "$demo/served/armadillo.mvw"
 
 say "Serving and streaming"
-"$mvw" serve "$demo/served" --tcp 127.0.0.1:0 >"$demo/server.out" 2>"$demo/server.log" &
+"$mvw" serve "$demo/served" --tcp 127.0.0.1:0 --http 127.0.0.1:0 >"$demo/server.out" 2>"$demo/server.log" &
 server=$!
 trap 'kill "$server" 2>/dev/null || true' EXIT
 url=

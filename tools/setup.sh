@@ -3,7 +3,7 @@
 set -euo pipefail
 packages=(
     g++ python3 clang clang-tidy clang-format cmake ninja-build ccache mold pkg-config git ca-certificates
-    libdraco-dev libboost-dev libzstd-dev zstd libgtest-dev libgmock-dev libbenchmark-dev
+    libdraco-dev libboost-dev libssl-dev libzstd-dev zstd libgtest-dev libgmock-dev libbenchmark-dev
     libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libembree-dev libhwy-dev libxxhash-dev libeigen3-dev
     libtinyobjloader-dev libtinygltf-dev libtbb-dev libclang-rt-14-dev
     libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev

@@ -9,6 +9,7 @@
 namespace mvw::protocol {
 
 inline constexpr std::uint16_t kDefaultPort = 7707;
+inline constexpr std::uint16_t kDefaultHttpPort = 8080;
 
 struct HostPort {
     std::string host;  // a name, an IPv4 address, or an IPv6 address without its brackets

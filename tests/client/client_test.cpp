@@ -26,7 +26,7 @@ class StreamTest : public testing::Test {
         folder_.put("torus.mvw", torus_file());
         server::ServerOptions options;
         options.folder = folder_.path();
-        options.tcp.port = 0;
+        options.tcp.port = options.http.port = 0;
         server_ = server::Server::start(options).value();
     }
     [[nodiscard]] Url url() const { return {Scheme::Tcp, server_->tcp_address(), "torus"}; }

@@ -117,6 +117,7 @@ class ServerTest : public testing::Test {
         server_.reset();
         options_.folder = folder_.path();
         options_.tcp = {"127.0.0.1", port};
+        options_.http = {"127.0.0.1", 0};
         Result<std::unique_ptr<server::Server>> server = server::Server::start(options_);
         ASSERT_TRUE(server.ok()) << server.error().message;
         server_ = std::move(server).value();
@@ -237,7 +238,7 @@ TEST_F(ServerTest, NothingOutsideTheFolderIsServed) {
     options_.folder = folder_.path("served");
     Result<std::unique_ptr<server::Server>> server = server::Server::start([&] {
         server::ServerOptions o = options_;
-        o.tcp.port = 0;
+        o.tcp.port = o.http.port = 0;
         return o;
     }());
     ASSERT_TRUE(server.ok());
@@ -320,7 +321,7 @@ TEST_F(ServerTest, AddressInUseAndMissingFolderAreErrors) {
     server::ServerOptions second = options_;
     second.tcp = address();
     EXPECT_EQ(server::Server::start(second).error().code, Errc::Io);
-    second.tcp.port = 0;
+    second.tcp.port = second.http.port = 0;
     second.folder = folder_.path("none");
     EXPECT_EQ(server::Server::start(second).error().code, Errc::Io);
 }

@@ -24,7 +24,7 @@ class FetchTest : public testing::Test {
         served_.put("torus.mvw", file_);
         server::ServerOptions server;
         server.folder = served_.path();
-        server.tcp.port = 0;
+        server.tcp.port = server.http.port = 0;
         server_ = server::Server::start(server).value();
         url_ = "mvw://" + to_string(server_->tcp_address()) + "/torus";
     }

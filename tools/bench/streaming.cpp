@@ -30,14 +30,16 @@ std::string stream_one(const std::string& url, const std::string& folder, const 
 }  // namespace
 
 Result<std::vector<std::string>> stream_models(const std::string& folder, const std::vector<std::string>& models) {
-    auto server = BackgroundProcess::start({own_program(), "serve", folder, "--tcp", "127.0.0.1:0"});
+    auto server =
+        BackgroundProcess::start({own_program(), "serve", folder, "--tcp", "127.0.0.1:0", "--http", "127.0.0.1:0"});
     if (!server) return server.error();
     const std::string line = server->first_line(kStartSeconds);
     const std::size_t at = line.find("mvw://");
     if (at == std::string::npos) return Error{Errc::Io, 0, "mvw serve does not start"};
+    const std::string url = line.substr(at, line.find(' ', at) - at);
     std::vector<std::string> answers;
     answers.reserve(models.size());
-    for (const std::string& model : models) answers.push_back(stream_one(line.substr(at), folder, model));
+    for (const std::string& model : models) answers.push_back(stream_one(url, folder, model));
     return answers;
 }
 

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "server/server.h"
@@ -13,7 +14,8 @@ namespace mvw::cli {
 namespace {
 
 struct ServeArguments {
-    std::string folder, tcp = "127.0.0.1:7707", log = "info";
+    std::string folder, tcp = "127.0.0.1:7707", http = "127.0.0.1:8080", log = "info";
+    std::string page, tls_cert, tls_key, tokens;
     std::size_t max_connections = server::ServerLimits{}.max_connections;
     std::size_t max_per_address = server::ServerLimits{}.max_connections_per_address;
     double idle_seconds = 300;
@@ -40,12 +42,32 @@ server::Log make_log(const std::string& level) {
     return [logger](server::LogLevel l, const std::string& line) { logger->log(spdlog_level(l), line); };
 }
 
+// Where the build or an installation puts the web page; empty where neither has.
+std::string default_page() {
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+    for (const std::filesystem::path& folder : {program / "page", program / "../share/mvw/page"})
+        if (std::filesystem::is_directory(folder, error)) return folder.string();
+    return {};
+}
+
 void serve(const ServeArguments& arguments) {
     server::ServerOptions options;
     options.folder = arguments.folder;
     Result<protocol::HostPort> tcp = protocol::parse_host_port(arguments.tcp);
     if (!tcp) throw Fatal{kUsage, "--tcp " + tcp.error().message};
     options.tcp = std::move(tcp).value();
+    Result<protocol::HostPort> http = protocol::parse_host_port(arguments.http, protocol::kDefaultHttpPort);
+    if (!http) throw Fatal{kUsage, "--http " + http.error().message};
+    options.http = std::move(http).value();
+    options.page = arguments.page.empty() ? default_page() : arguments.page;
+    options.tls_cert = arguments.tls_cert;
+    options.tls_key = arguments.tls_key;
+    if (!arguments.tokens.empty()) {
+        Result<server::TokenKeys> keys = server::TokenKeys::read(arguments.tokens);
+        if (!keys) throw Fatal{kFailure, keys.error().message};
+        options.tokens = std::move(keys).value();
+    }
     options.threads = arguments.threads;
     options.handle_signals = true;
     options.limits.max_connections = arguments.max_connections;
@@ -54,8 +76,9 @@ void serve(const ServeArguments& arguments) {
     options.log = make_log(arguments.log);
     const Result<std::unique_ptr<server::Server>> server = server::Server::start(options);
     if (!server) throw Fatal{kFailure, server.error().message};
-    fmt::print("serving {} models of {} on mvw://{}\n", (*server)->models(), arguments.folder,
-               to_string((*server)->tcp_address()));
+    const char* secure = arguments.tls_cert.empty() ? "" : "s";
+    fmt::print("serving {} models of {} on mvw{}://{} and http{}://{}\n", (*server)->models(), arguments.folder, secure,
+               to_string((*server)->tcp_address()), secure, to_string((*server)->http_address()));
     std::fflush(stdout);
     (*server)->wait();
 }
@@ -66,11 +89,22 @@ void add_serve(CLI::App& app) {
     auto arguments = std::make_shared<ServeArguments>();
     CLI::App* command = app.add_subcommand("serve", "Streams every .mvw file below a folder");
     command->footer(
-        "Prints one line with its address. The first interrupt lets present streams end, the second stops at once.\n"
+        "Prints one line with its addresses. The first interrupt lets present streams end, the second stops at once.\n"
         "Example: mvw serve models --tcp 0.0.0.0:7707");
     command->add_option("DIR", arguments->folder, "Folder to serve")->required();
-    command->add_option("--tcp", arguments->tcp, "Address to listen on; port 0 lets the system choose")
+    command->add_option("--tcp", arguments->tcp, "Address of the native protocol; port 0 lets the system choose")
         ->capture_default_str();
+    command->add_option("--http", arguments->http, "Address of HTTP and WebSocket (ws://HOST:PORT/stream), likewise")
+        ->capture_default_str();
+    command->add_option("--page", arguments->page,
+                        "Folder of the web page served at /; else page beside the program, where there is one");
+    CLI::Option* cert = command->add_option(
+        "--tls-cert", arguments->tls_cert, "PEM file of the certificate chain: TLS alone is spoken, on both addresses");
+    CLI::Option* key = command->add_option("--tls-key", arguments->tls_key, "PEM file of its private key");
+    cert->needs(key);
+    key->needs(cert);
+    command->add_option("--tokens", arguments->tokens,
+                        "File of keys, one a line: models are for holders of tokens signed with one of them");
     command->add_option("--max-connections", arguments->max_connections, "In all")->capture_default_str();
     command->add_option("--max-per-address", arguments->max_per_address, "Connections of one address")
         ->capture_default_str();
