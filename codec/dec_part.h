@@ -19,6 +19,9 @@ class PartDecoder {
     Result<void> take(const ChunkId& id, ByteSpan payload, bool whole);
 
     [[nodiscard]] bool has_base() const { return base_.has_value(); }
+    [[nodiscard]] const BaseMesh* base() const { return base_ ? &base_->mesh : nullptr; }
+    /// In hierarchical order, as far as blocks have come.
+    [[nodiscard]] std::span<const Vec3f> coefficients() const { return coefficients_; }
     /// Finest level of which a detail has come.
     [[nodiscard]] unsigned detail_level() const { return detail_level_; }
     /// Lowest error that a chunk taken in has stated.

@@ -1,6 +1,7 @@
 #include "codec/decoder.h"
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 #include <string>
 
@@ -178,6 +179,26 @@ Result<Mesh> Decoder::mesh(unsigned level) const {
     for (PartDecoder& part : s.parts)
         if (part.has_base()) part.append_mesh(level, center, s.header->diagonal, out);
     return out;
+}
+
+const BaseMesh* Decoder::base(std::size_t part) const {
+    return part < state_->parts.size() ? state_->parts[part].base() : nullptr;
+}
+
+unsigned Decoder::finest_level(std::size_t part) const {
+    return part < state_->parts.size() ? state_->parts[part].finest_level() : 0;
+}
+
+std::uint64_t Decoder::coefficient_digest() const {
+    std::uint64_t digest = 0xCBF29CE484222325u;
+    for (const PartDecoder& part : state_->parts)
+        for (const Vec3f& c : part.coefficients())
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto bits = std::bit_cast<std::uint32_t>(c[k]);
+                for (unsigned shift = 0; shift < 32; shift += 8)
+                    digest = (digest ^ ((bits >> shift) & 255)) * 0x100000001B3u;
+            }
+    return digest;
 }
 
 Result<Mesh> decode(ByteSpan file, unsigned level, const Limits& limits) {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "codec/container/toc.h"
-#include "codec/mesh/mesh.h"
+#include "codec/mesh/semi_regular.h"
 
 namespace mvw {
 
@@ -45,6 +45,14 @@ class Decoder {
     /// The best mesh of what has come, every part at min(level, its own finest). NeedMoreData until a base mesh is
     /// there.
     [[nodiscard]] Result<Mesh> mesh(unsigned level = 255) const;
+
+    /// Connectivity of level 0 of one of the header's parts; null until its base is there. mesh() holds the parts that
+    /// have one, in the header's order, each with V(l) vertices and its faces as in triangles_at_level(base, l), where
+    /// l is min(level, finest_level(part)).
+    [[nodiscard]] const BaseMesh* base(std::size_t part) const;
+    [[nodiscard]] unsigned finest_level(std::size_t part) const;
+    /// FNV-1a over the bits of all coefficients decoded so far: the same on every platform for the same chunks.
+    [[nodiscard]] std::uint64_t coefficient_digest() const;
 
  private:
     struct State;

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "codec/bytes.h"
+#include "codec/table.h"
 
 namespace mvw {
 
@@ -24,7 +25,7 @@ constexpr CrcTables make_crc32c_tables() {
         for (std::size_t i = 0; i < 256; ++i) t[k][i] = (t[k - 1][i] >> 8) ^ t[0][t[k - 1][i] & 0xFF];
     return t;
 }
-inline constexpr CrcTables kCrc32cTables = make_crc32c_tables();
+MVW_TABLE(kCrc32cTables, make_crc32c_tables());
 
 }  // namespace detail
 

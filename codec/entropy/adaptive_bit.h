@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "codec/entropy/range_coder.h"
+#include "codec/table.h"
 
 namespace mvw {
 
@@ -37,7 +38,7 @@ constexpr auto make_probabilities() {
     for (std::uint16_t& probability : table) probability = static_cast<std::uint16_t>(squash(logit++));
     return table;
 }
-inline constexpr auto kProbabilities = make_probabilities();
+MVW_TABLE(kProbabilities, make_probabilities());
 /// squash() by table.
 constexpr std::uint32_t probability(int logit) {
     const int from_left = logit + 2048;
@@ -54,7 +55,7 @@ constexpr auto make_logits() {
     for (; filled < table.size(); ++filled) table[filled] = kMaxLogit;
     return table;
 }
-inline constexpr auto kLogits = make_logits();
+MVW_TABLE(kLogits, make_logits());
 
 }  // namespace logistic
 

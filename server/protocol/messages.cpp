@@ -25,7 +25,7 @@ Bytes finish(ByteWriter& out, std::size_t following = 0) {
 
 void write_text(ByteWriter& out, std::string_view text) {
     out.u16(static_cast<std::uint16_t>(text.size()));
-    out.bytes(std::as_bytes(std::span(text)));
+    out.bytes(std::as_bytes(std::span(text.data(), text.size())));
 }
 
 void write_request(ByteWriter& out, const Request& m) {

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "codec/container/enc_file.h"
@@ -24,6 +25,15 @@ TEST(Golden, AFileOfVersionOneDecodesAsItAlwaysDid) {
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
         EXPECT_LT(length(mesh.positions[v] - expected.positions[v]), 1e-6 * diagonal) << "vertex " << v;
     EXPECT_EQ(mesh.materials.size(), mesh.faces.size());
+}
+
+TEST(Golden, ItsCoefficientsAreTheSameBitForBit) {
+    const Bytes file = read_file(data("golden_v1.mvw")).value();
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed(file).ok());
+    const Bytes expected = read_file(data("golden_v1.digest")).value();
+    EXPECT_EQ(fmt::format("{:016x}\n", decoder.coefficient_digest()),
+              std::string(reinterpret_cast<const char*>(expected.data()), expected.size()));
 }
 
 TEST(Golden, ItsHeaderAndContentIdAreThose) {

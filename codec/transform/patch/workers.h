@@ -1,17 +1,29 @@
 // A crew of threads that run one function together, with barriers between its phases.
 #pragma once
-#include <barrier>
-#include <condition_variable>
 #include <cstddef>
 #include <functional>
+#if !defined(__EMSCRIPTEN__)
+#include <barrier>
+#include <condition_variable>
 #include <mutex>
 #include <thread>
 #include <vector>
+#endif
 
 namespace mvw {
 
+#if defined(__EMSCRIPTEN__)
+/// In a browser the caller alone, in a worker of the page's.
+class Workers {
+ public:
+    explicit Workers(unsigned) {}
+    [[nodiscard]] unsigned count() const { return 1; }
+    void run(const std::function<void(unsigned)>& job) { job(0); }
+    void sync() {}
+};
+#else
 /// Starts `count` - 1 threads, which sleep between jobs; the caller of run() is worker 0. With one worker no thread is
-/// ever started (WebAssembly).
+/// ever started.
 class Workers {
  public:
     explicit Workers(unsigned count) : count_(count < 1 ? 1 : count), barrier_(static_cast<std::ptrdiff_t>(count_)) {
@@ -72,5 +84,6 @@ class Workers {
     bool stop_ = false;
     std::vector<std::thread> threads_;
 };
+#endif
 
 }  // namespace mvw

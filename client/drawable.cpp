@@ -1,0 +1,85 @@
+#include "client/drawable.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mvw::client {
+namespace {
+
+void set_positions(const Mesh& mesh, const Vec3& origin, Drawable& out) {
+    out.positions.reserve(mesh.positions.size());
+    for (const Vec3& p : mesh.positions) out.positions.push_back(to_float(p - origin));
+}
+
+void set_normals(Drawable& out) {
+    out.normals.assign(out.positions.size(), {});
+    for (std::size_t t = 0; t < out.triangles.size(); t += 3) {
+        const std::uint32_t a = out.triangles[t], b = out.triangles[t + 1], c = out.triangles[t + 2];
+        const Vec3f n = cross(out.positions[b] - out.positions[a], out.positions[c] - out.positions[a]);
+        out.normals[a] += n;
+        out.normals[b] += n;
+        out.normals[c] += n;
+    }
+    for (Vec3f& n : out.normals) {
+        const float l = length(n);
+        n = l > 0 ? n * (1 / l) : Vec3f{};
+    }
+}
+
+/// Vertex at t of 2^level along base edge e (semi_regular.h).
+std::uint32_t edge_vertex(const BaseMesh& base, unsigned level, std::uint32_t e, std::uint32_t t) {
+    const std::uint32_t n = 1u << level;
+    if (t == 0 || t == n) return base.edges()[e].v[t == 0 ? 0 : 1];
+    while (t % 2 == 0) t /= 2, --level;
+    return static_cast<std::uint32_t>(vertices_at_level(base, level - 1)) + e * (1u << (level - 1)) + t / 2;
+}
+
+void add_edge_lines(const BaseMesh& base, unsigned level, std::uint32_t first_vertex, bool boundary_only,
+                    std::vector<std::uint32_t>& lines) {
+    for (std::uint32_t e = 0; e < base.edge_count(); ++e) {
+        if (boundary_only && base.edges()[e].face[1] != kNone) continue;
+        for (std::uint32_t t = 0; t < 1u << level; ++t) {
+            lines.push_back(first_vertex + edge_vertex(base, level, e, t));
+            lines.push_back(first_vertex + edge_vertex(base, level, e, t + 1));
+        }
+    }
+}
+
+/// Each inner edge runs once in each direction: the rising one is taken. Boundaries are base edges.
+void add_inner_edges(const std::vector<std::uint32_t>& triangles, std::vector<std::uint32_t>& lines) {
+    for (std::size_t t = 0; t < triangles.size(); t += 3)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = triangles[t + k], b = triangles[t + (k + 1) % 3];
+            if (a < b) lines.insert(lines.end(), {a, b});
+        }
+}
+
+}  // namespace
+
+Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& options) {
+    Result<Mesh> mesh = decoder.mesh(options.level);
+    if (!mesh.ok()) return mesh.error();
+    const FileHeader& header = *decoder.header();
+    Drawable out;
+    set_positions(*mesh, {header.center[0], header.center[1], header.center[2]}, out);
+    out.triangles.reserve(mesh->faces.size() * 3);
+    for (const Face& f : mesh->faces) out.triangles.insert(out.triangles.end(), f.begin(), f.end());
+    set_normals(out);
+    out.colors = std::move(mesh->colors);
+    if (options.edges) add_inner_edges(out.triangles, out.edges);
+
+    std::uint32_t first_vertex = 0;
+    for (std::size_t part = 0; part < header.parts.size(); ++part) {
+        const BaseMesh* base = decoder.base(part);
+        if (base == nullptr) continue;
+        ++out.parts;
+        const unsigned level = std::min(options.level, decoder.finest_level(part));
+        out.level = std::max(out.level, level);
+        if (options.base_edges) add_edge_lines(*base, level, first_vertex, false, out.base_edges);
+        if (options.edges) add_edge_lines(*base, level, first_vertex, true, out.edges);
+        first_vertex += static_cast<std::uint32_t>(vertices_at_level(*base, level));
+    }
+    return out;
+}
+
+}  // namespace mvw::client
