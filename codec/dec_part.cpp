@@ -157,7 +157,7 @@ void PartDecoder::store_values(const Block& from, unsigned level) {
     scratch_.resize(shape.size() * 3);
     from.decoder.values(base_->params.reconstruction_point(), scratch_);
     const float step = base_->params.step(level);
-    const float across = level == 0 ? step : step * base_->params.tangent_factor();
+    const float across = base_->params.step_across(level);
     const auto grid = static_cast<float>(base_->params.grid());
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const std::uint32_t v = shape.indices()[i];

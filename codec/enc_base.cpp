@@ -236,9 +236,9 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
     out.u8(params.error_code);
     out.u8(params.base_bits);
     if (mesh.levels > 0) {
-        out.u8(params.tangent);
         out.u8(params.reconstruction);
         for (const std::uint8_t code : params.steps) out.u8(code);
+        for (std::size_t level = 1; level < params.across.size(); ++level) out.u8(params.across[level]);
     }
     if (own_transform) {
         out.f32(static_cast<float>(t.s));

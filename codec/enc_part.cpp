@@ -8,30 +8,39 @@ namespace mvw {
 
 namespace {
 
-constexpr float kReconstruction = 0.5f;    // 0.2 to 0.4 dB better than 0.4 on real scans
-constexpr std::uint8_t kTangent = 5 * 16;  // tangential steps over normal ones: 3 and 7 lose up to 1 dB
+constexpr float kReconstruction = 0.5f;  // 0.2 to 0.4 dB better than 0.4 on real scans
 
-/// Weights of a coefficient's squared error in the surface's mean squared error.
-struct Weights {
-    std::array<double, 3> of{};
-};
-
-/// Tangential moves slide along the surface: they count as their coarser step says. Level 0 is in model axes, of which
-/// a third is normal.
-Weights error_weights(const LevelGain& gain, unsigned level, double vertices, double tangent) {
-    const double n = gain.normal * gain.normal / vertices, t = n / (tangent * tangent);
-    if (level == 0) return {{(n + 2 * t) / 3, (n + 2 * t) / 3, (n + 2 * t) / 3}};
-    return {{n, t, t}};
+/// Tangential steps over normal ones, of the finest level, the next coarser one and so on: the finer a level, the less
+/// it matters where within the surface its vertices lie.
+double across_of(unsigned levels_above) {
+    constexpr std::array<double, 4> kAcross{7, 5, 4, 3};
+    return kAcross[std::min<std::size_t>(levels_above, kAcross.size() - 1)];
 }
 
-/// Steps whose errors weigh the same on every level; plane 0 leaves about `error`.
-void choose_steps(PartParams& params, unsigned levels, double error, const std::vector<LevelGain>& gains) {
-    const double move = error * 1.7;  // of the finest vertices by one step; measured with dead zone and tangents
-    const double tangent = params.tangent_factor();
+/// Steps whose errors weigh the same on every level; plane 0 leaves about `error`. Level 0 is in model axes, of which a
+/// third is normal.
+void choose_steps(PartParams& params, const TransformOptions& transform, unsigned levels, double error,
+                  const std::vector<LevelGain>& gains) {
+    const double move = error * 1.3;  // of the finest vertices by one step; measured with dead zone and tangents
+    const double across_base = across_of(levels);
     for (unsigned level = 0; level <= levels; ++level) {
-        const double axes = level == 0 ? std::sqrt(3 / (1 + 2 / (tangent * tangent))) : 1;
-        params.steps.push_back(step_to_code(std::min(move * axes / gains[level].normal, 1.0)));
+        const double axes = level == 0 ? std::sqrt(3 / (1 + 2 / (across_base * across_base))) : 1;
+        const double across = level == 0 || !transform.local_frames ? 1 : across_of(levels - level);
+        const double step = move * axes / gains[level].normal;
+        params.steps.push_back(step_to_code(std::min(step, 1.0)));
+        params.across.push_back(step_to_code(std::min(step * across, 1.0)));
     }
+}
+
+/// Weights of a coefficient's squared error, by component, in the part's mean squared surface error: tangential moves
+/// slide along the surface, they count as their coarser step says.
+std::array<double, 3> error_weights(const PartParams& params, const LevelGain& gain, unsigned level, double vertices) {
+    const double n = gain.normal * gain.normal / vertices;
+    const double ratio = double{params.step(level)} / double{params.step_across(level)};
+    if (level > 0) return {n, n * ratio * ratio, n * ratio * ratio};
+    const double across = across_of(static_cast<unsigned>(params.steps.size()) - 1);
+    const double mean = n * (1 + 2 / (across * across)) / 3;
+    return {mean, mean, mean};
 }
 
 std::vector<Vec3f> coefficients_of(const SemiRegularMesh& mesh, const CodedBase& base, const PartParams& params,
@@ -58,10 +67,10 @@ double tangential_share(const std::vector<Vec3f>& coefficients, const BaseMesh& 
 }
 
 CodedBlock code_block(const CodedPart& part, const Tiling& tiling, const std::vector<Vec3f>& coefficients,
-                      std::uint16_t tile, unsigned level, std::span<const std::uint32_t> parent, const Weights& weight,
-                      double& left) {
+                      std::uint16_t tile, unsigned level, std::span<const std::uint32_t> parent,
+                      const std::array<double, 3>& weight, double& left) {
     const BlockShape shape(part.mesh.base, tiling, tile, level);
-    const float step = part.params.step(level), across = level == 0 ? step : step * part.params.tangent_factor();
+    const float step = part.params.step(level), across = part.params.step_across(level);
     std::vector<float> scaled(shape.size() * 3);
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const Vec3f& c = coefficients[shape.indices()[i]];
@@ -71,8 +80,8 @@ CodedBlock code_block(const CodedPart& part, const Tiling& tiling, const std::ve
     block.tile = tile;
     block.level = static_cast<std::uint8_t>(level);
     block.planes = encode_block(shape, 3, scaled, parent, part.params.reconstruction_point());
-    const std::array<double, 3> unit = {double{step} * step * weight.of[0], double{across} * across * weight.of[1],
-                                        double{across} * across * weight.of[2]};
+    const std::array<double, 3> unit = {double{step} * step * weight[0], double{across} * across * weight[1],
+                                        double{across} * across * weight[2]};
     for (std::size_t k = 0; k < scaled.size(); ++k) left += double{scaled[k]} * scaled[k] * unit[k % 3];
     for (const EncodedPlane& plane : block.planes.planes) {
         double gain = 0;
@@ -94,7 +103,6 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     CodedPart part;
     part.params.transform = transform;
     part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
-    part.params.tangent = transform.local_frames ? kTangent : 16;
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
     if (mesh.levels == 0) {
         part.base = code_base(mesh.base, mesh.positions, precision.base_bits);
@@ -103,7 +111,7 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     }
     // The base carries the coarse positions that analysis leaves, not samples of the surface.
     const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);
-    choose_steps(part.params, mesh.levels, precision.error, gains);
+    choose_steps(part.params, transform, mesh.levels, precision.error, gains);
     const auto coarse = [&] {
         std::vector<Vec3f> in(mesh.positions.size()), out(mesh.positions.size());
         std::transform(mesh.positions.begin(), mesh.positions.end(), in.begin(), to_float);
@@ -127,7 +135,7 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
             const bool is_tiled = level >= part.first_tiled_level;
             std::span<const std::uint32_t> parent;
             if (has_parents(part, level)) parent = part.blocks.back().planes.entries;
-            const Weights weights = error_weights(gains[level], level, vertices, part.params.tangent_factor());
+            const std::array<double, 3> weights = error_weights(part.params, gains[level], level, vertices);
             part.blocks.push_back(code_block(part, is_tiled ? tiled : whole, coefficients,
                                              static_cast<std::uint16_t>(tile), level, parent, weights, part.rounding));
         }

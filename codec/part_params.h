@@ -36,15 +36,15 @@ inline std::uint8_t step_to_code(double step) {
 
 /// Decoder parameters of one part.
 struct PartParams {
-    std::uint8_t error_code = 0;      // error left once this chunk and all before it are there: 10^(-code/40)
-    std::uint8_t base_bits = 10;      // base positions are integers times 2^-base_bits, in units of the diagonal
-    std::uint8_t tangent = 48;        // tangential steps are tangent/16 times the normal one
-    std::uint8_t reconstruction = 0;  // place within a quantisation interval, in 1/256
-    std::vector<std::uint8_t> steps;  // code of the step of plane 0 of each level, L + 1; empty for L = 0
-    TransformOptions transform;       // `kind` comes from the file's header
+    std::uint8_t error_code = 0;       // error left once this chunk and all before it are there: 10^(-code/40)
+    std::uint8_t base_bits = 10;       // base positions are integers times 2^-base_bits, in units of the diagonal
+    std::uint8_t reconstruction = 0;   // place within a quantisation interval, in 1/256
+    std::vector<std::uint8_t> steps;   // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
+    std::vector<std::uint8_t> across;  // likewise of the tangential steps; that of level 0 is the normal one's
+    TransformOptions transform;        // `kind` comes from the file's header
 
     [[nodiscard]] float step(unsigned level) const { return step_from_code(steps[level]); }
-    [[nodiscard]] float tangent_factor() const { return static_cast<float>(tangent) / 16.0f; }
+    [[nodiscard]] float step_across(unsigned level) const { return step_from_code(across[level]); }
     [[nodiscard]] float reconstruction_point() const { return static_cast<float>(reconstruction) / 256.0f; }
     [[nodiscard]] double grid() const { return std::ldexp(1.0, -static_cast<int>(base_bits)); }
 };

@@ -97,4 +97,22 @@ std::vector<Face> triangles_at_level(const BaseMesh& base, unsigned level) {
     return triangles;
 }
 
+std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh) {
+    std::vector<std::uint8_t> flags(mesh.positions.size(), 0);
+    const std::uint32_t n = 1u << mesh.levels;
+    for (std::uint32_t b = 0; b < mesh.base.edge_count(); ++b) {
+        const BaseEdge& e = mesh.base.edges()[b];
+        const bool crease = !mesh.creases.empty() && mesh.creases[b] != 0;
+        const bool border =
+            e.face[1] != kNone && !mesh.materials.empty() && mesh.materials[e.face[0]] != mesh.materials[e.face[1]];
+        if (e.face[1] != kNone && !crease && !border) continue;
+        for (std::uint32_t t = 0; t <= n; ++t) {
+            const std::uint32_t i = e.side[0] == 0 ? t : e.side[0] == 1 ? n - t : 0;
+            const std::uint32_t k = e.side[0] == 0 ? 0 : e.side[0] == 1 ? t : n - t;
+            flags[vertex_index(mesh.base, e.face[0], mesh.levels, i, k)] = 1;
+        }
+    }
+    return flags;
+}
+
 }  // namespace mvw

@@ -105,4 +105,7 @@ struct SemiRegularMesh {
     std::vector<Rgba8> colors;             // empty, or V(L)
 };
 
+/// Flags of the V(L) vertices on boundaries, on creases and between faces of different materials.
+std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh);
+
 }  // namespace mvw

@@ -157,23 +157,6 @@ std::vector<std::uint8_t> creases_of(const CollapseMesh& mesh, const BaseMesh& b
     return creases;
 }
 
-/// Flags of the vertices on boundaries and creases: they lie on the input's lines already and stay there.
-std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh) {
-    std::vector<std::uint8_t> flags(mesh.positions.size(), 0);
-    const std::uint32_t n = 1u << mesh.levels;
-    for (std::uint32_t b = 0; b < mesh.base.edge_count(); ++b) {
-        const BaseEdge& e = mesh.base.edges()[b];
-        const bool crease = !mesh.creases.empty() && mesh.creases[b] != 0;
-        if (e.face[1] != kNone && !crease) continue;
-        for (std::uint32_t t = 0; t <= n; ++t) {
-            const std::uint32_t i = e.side[0] == 0 ? t : e.side[0] == 1 ? n - t : 0;
-            const std::uint32_t k = e.side[0] == 0 ? 0 : e.side[0] == 1 ? t : n - t;
-            flags[vertex_index(mesh.base, e.face[0], mesh.levels, i, k)] = 1;
-        }
-    }
-    return flags;
-}
-
 void report(const RemeshOptions& options, const char* phase, double done) {
     if (options.progress) options.progress(phase, done);
 }
@@ -256,6 +239,7 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     const double diagonal = box.diagonal();
     if (!(diagonal > 0) || !std::isfinite(diagonal)) {
         result.parts.push_back(as_it_is(input));
+        result.part_of_face.assign(input.faces.size(), 0);
         result.alone_area_share = 1;
         return result;
     }
@@ -282,6 +266,7 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
 
     std::vector<unsigned>& levels = decimation.levels;
     const std::set<unsigned, std::greater<>> used(levels.begin(), levels.end());
+    std::vector<std::uint32_t> part_of_level(used.empty() ? 1 : *used.begin() + 1, 0);
     for (const unsigned level : used) {
         if (level == 0) break;
         const auto wanted = [&](std::uint32_t f) { return levels[component_of_face[f]] == level; };
@@ -291,11 +276,15 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
             continue;
         }
         for (Vec3& p : part->positions) p = p * diagonal + center;
+        part_of_level[level] = static_cast<std::uint32_t>(result.parts.size());
         result.parts.push_back(std::move(*part));
     }
     const auto alone = [&](std::uint32_t f) { return levels[component_of_face[split.first_face[f]]] == 0; };
+    part_of_level[0] = static_cast<std::uint32_t>(result.parts.size());
     if (std::find(levels.begin(), levels.end(), 0u) != levels.end())
         result.parts.push_back(as_it_is(extract_faces(input, alone)));
+    for (const std::uint32_t first : split.first_face)
+        result.part_of_face.push_back(part_of_level[levels[component_of_face[first]]]);
     result.alone_area_share = area_share(unit, alone);
     return result;
 }

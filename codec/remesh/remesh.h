@@ -28,7 +28,8 @@ struct RemeshOptions {
 struct RemeshResult {
     /// Components that started with one level count share a part. A part of 0 levels is coded by Draco alone.
     std::vector<SemiRegularMesh> parts;
-    double alone_area_share = 0;  // of the surface in parts of 0 levels
+    std::vector<std::uint32_t> part_of_face;  // F: where each face of the input went
+    double alone_area_share = 0;              // of the surface in parts of 0 levels
 };
 
 /// input: manifold and oriented, no degenerate faces (clean.h), any number of components. Never fails: a component that

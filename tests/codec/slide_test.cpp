@@ -1,0 +1,74 @@
+#include "codec/enc_slide.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/measure/surface_error.h"
+#include "tests/support/semi_regular_models.h"
+
+namespace mvw {
+namespace {
+
+/// A bumpy ball whose vertices have been pushed about within the surface.
+SemiRegularMesh pushed_ball(unsigned levels) {
+    SemiRegularMesh out = bumpy_ball(levels);
+    for (Vec3& p : out.positions) {
+        const Vec3 d = normalized(p);
+        const Vec3 e = normalized(d + Vec3{std::sin(40 * d.y), std::sin(43 * d.z), std::sin(37 * d.x)} * 0.02);
+        p = e * (1 + 0.2 * std::sin(5 * e.x) * std::cos(4 * e.y + 1) + 0.05 * std::sin(11 * e.z + 3 * e.x));
+    }
+    return out;
+}
+
+double tangential_energy(const SemiRegularMesh& mesh) {
+    std::vector<Vec3f> positions(mesh.positions.size()), details(mesh.positions.size());
+    std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(), to_float);
+    PatchTransform(mesh.base, mesh.levels, {}, mesh.creases).analyze(positions, details);
+    double sum = 0;
+    for (std::size_t v = vertices_at_level(mesh.base, 2); v < details.size(); ++v) {
+        const Vec3 d = to_double(details[v]);
+        sum += d.y * d.y + d.z * d.z;
+    }
+    return sum;
+}
+
+TEST(Slide, TangentialDetailsFallAndTheSurfaceStays) {
+    const Mesh input = plain(bumpy_ball(6));
+    SemiRegularMesh mesh = pushed_ball(5);
+    const double before = tangential_energy(mesh), error = surface_error(input, plain(mesh), {20'000, 1}).rms;
+    slide(input, {}, 1, mesh);
+    EXPECT_LT(tangential_energy(mesh), before / 4);
+    EXPECT_LT(surface_error(input, plain(mesh), {20'000, 1}).rms, 1.5 * error);
+}
+
+TEST(Slide, VerticesOnCreasesStay) {
+    SemiRegularMesh mesh = pushed_ball(4);
+    mesh.creases.assign(mesh.base.edge_count(), 0);
+    mesh.creases[2] = mesh.creases[5] = 1;
+    const std::vector<std::uint8_t> on_line = line_vertices(mesh);
+    const std::vector<Vec3> before = mesh.positions;
+    slide(plain(bumpy_ball(6)), {}, 1, mesh);
+    std::size_t moved = 0;
+    for (std::size_t v = 0; v < before.size(); ++v) {
+        const bool stayed = length(mesh.positions[v] - before[v]) == 0;
+        if (on_line[v]) {
+            EXPECT_TRUE(stayed) << "vertex " << v;
+        }
+        moved += !stayed;
+    }
+    EXPECT_GT(moved, before.size() / 2);
+}
+
+TEST(Slide, IsTheSameForAnyNumberOfThreads) {
+    const Mesh input = plain(bumpy_ball(5));
+    SemiRegularMesh one = pushed_ball(4), three = one;
+    slide(input, {}, 1, one);
+    slide(input, {}, 3, three);
+    for (std::size_t v = 0; v < one.positions.size(); ++v)
+        EXPECT_EQ(length(one.positions[v] - three.positions[v]), 0) << "vertex " << v;
+}
+
+}  // namespace
+}  // namespace mvw

@@ -1,0 +1,48 @@
+#include "tests/support/golden_models.h"
+
+#include "tests/support/semi_regular_models.h"
+
+namespace mvw {
+
+namespace {
+
+GoldenModel mixed() {
+    SemiRegularMesh alone = bumpy_ball(0), far = bumpy_ball(1);
+    for (Vec3& p : alone.positions) p += Vec3{3, 0, 0};
+    for (Vec3& p : far.positions) p += Vec3{0, 3, 0};
+    far.materials = {1, 1, 2, 2, 1, 1, 2, 9};
+    far.creases.assign(far.base.edge_count(), 0);
+    for (std::size_t e = 0; e < far.creases.size(); e += 3) far.creases[e] = 1;
+    GoldenModel model{"mixed", {bumpy_ball(3), far, alone}, {}};
+    model.options.tile_count = 2;
+    return model;
+}
+
+}  // namespace
+
+std::vector<GoldenModel> golden_models() {
+    std::vector<GoldenModel> models{mixed()};
+    for (unsigned kind = 0; kind < kTransformCount; ++kind) {
+        GoldenModel model{
+            std::string(transform_name(TransformKind{static_cast<std::uint8_t>(kind)})), {bumpy_ball(2)}, {}};
+        model.options.transform.kind = TransformKind{static_cast<std::uint8_t>(kind)};
+        models.push_back(std::move(model));
+    }
+    for (GoldenModel& model : models) {
+        model.options.target_error = 1e-3;
+        model.options.threads = 1;
+    }
+    return models;
+}
+
+std::string golden_file(const std::string& name) {
+    return "golden_" + name + ".mvw";
+}
+std::string golden_mesh(const std::string& name) {
+    return "golden_" + name + ".off";
+}
+std::string golden_digest(const std::string& name) {
+    return "golden_" + name + ".digest";
+}
+
+}  // namespace mvw

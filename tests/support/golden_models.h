@@ -1,0 +1,24 @@
+// The models whose files are kept in tests/data: one for each transform and profile.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "codec/encoder.h"
+
+namespace mvw {
+
+struct GoldenModel {
+    std::string name;
+    std::vector<SemiRegularMesh> parts;
+    EncodeOptions options;
+};
+
+/// "mixed" (tiles, creases, materials, a part by Draco alone), then the transforms by name.
+std::vector<GoldenModel> golden_models();
+
+/// File names of a golden model: what a decoder reads, the mesh and the digest of coefficients that it must give.
+std::string golden_file(const std::string& name);
+std::string golden_mesh(const std::string& name);
+std::string golden_digest(const std::string& name);
+
+}  // namespace mvw
