@@ -11,11 +11,11 @@
 #include <random>
 #include <thread>
 
-#include "client/transport/tcp.h"
+#include "client/cache.h"
+#include "client/transport/link.h"
+#include "client/transport/wire.h"
 
 namespace mvw::client {
-
-namespace asio = boost::asio;
 
 class Stream::Impl {
  public:
@@ -25,17 +25,26 @@ class Stream::Impl {
                 [this](const Refinement& r, const Decoder& d) {
                     if (callbacks_.refined) callbacks_.refined(r, d);
                 }),
-          session_(std::move(url.model), std::move(options.token), std::move(options.wants), options.retry,
-                   options.limits, std::random_device{}()),
-          work_(asio::make_work_guard(io_)),
-          transport_(io_, url.address, session_, [this](Action&& action) { tell(std::move(action)); }) {
-        asio::post(io_, [this] { transport_.perform(session_.start(Clock::now())); });
+          work_(asio::make_work_guard(io_)) {
+        Result<std::unique_ptr<asio::ssl::context>> tls =
+            url.tls ? make_client_tls(options.ca_file) : std::unique_ptr<asio::ssl::context>();
+        if (!tls) {
+            end(tls.error());
+            return;
+        }
+        tls_ = std::move(tls).value();
+        LinkOptions link{std::move(options.wants), options.retry, options.limits, std::move(options.token),
+                         std::random_device{}()};
+        link_ = make_link(io_, tls_.get(), url, std::move(link), [this](Notice&& notice) { tell(std::move(notice)); });
+        if (!options.cache_folder.empty()) open_cache(url, options);
+        asio::post(io_, [this] { start(); });
         thread_ = std::thread([this] { io_.run(); });
     }
     ~Impl() {
         feed_.stop();  // first: the network thread may wait for room in it
+        if (!thread_.joinable()) return;
         asio::post(io_, [this] {
-            transport_.stop();
+            link_->stop();
             work_.reset();
         });
         thread_.join();
@@ -45,11 +54,11 @@ class Stream::Impl {
         forget_outcome();  // for a wait() that follows
         asio::post(io_, [this, w = std::move(wants)]() mutable {
             forget_outcome();  // of the wants before, which may have come meanwhile
-            transport_.perform(session_.want(std::move(w), Clock::now()));
+            link_->want(std::move(w));
         });
     }
     void cancel() {
-        asio::post(io_, [this] { transport_.perform(session_.cancel(Clock::now())); });
+        asio::post(io_, [this] { link_->cancel(); });
     }
     Result<Summary> wait() {
         std::unique_lock lock(mutex_);
@@ -69,13 +78,33 @@ class Stream::Impl {
     [[nodiscard]] const Feed& feed() const { return feed_; }
 
  private:
-    void tell(Action&& action) {
+    void open_cache(const Url& url, const StreamOptions& options) {
+        const std::string key = (url.tls ? "s " : "") + to_string(url.address) + " " +
+                                (url.scheme == Scheme::Http ? url.target : url.model);
+        cache_.emplace(ChunkCache::Options{options.cache_folder, options.cache_bytes}, key);
+        stored_ = cache_->load(options.limits);
+    }
+
+    void start() {
+        if (stored_) {
+            count([&](Summary& s) {
+                for (const Received& chunk : stored_->chunks) s.cached_bytes += chunk.payload.size();
+            });
+            link_->restore(std::move(*stored_));
+        }
+        link_->start();
+    }
+
+    void tell(Notice&& action) {
+        if (cache_) keep(action);
         if (auto* opened = std::get_if<Opened>(&action)) {
             if (callbacks_.opened) callbacks_.opened(*opened);
             count([&](Summary& s) { s.model_payload_bytes = opened->payload_bytes; });
             feed_.push(std::move(*opened));
         } else if (auto* chunk = std::get_if<Received>(&action)) {
             feed_.push(std::move(*chunk));
+        } else if (auto* indexed = std::get_if<Indexed>(&action)) {
+            feed_.push(std::move(*indexed));
         } else if (const auto* satisfied = std::get_if<Satisfied>(&action)) {
             end(satisfied->reason);
         } else if (const auto* broken = std::get_if<Broken>(&action)) {
@@ -90,6 +119,15 @@ class Stream::Impl {
         } else if (const auto* failed = std::get_if<Failed>(&action)) {
             end(failed->why);
         }
+    }
+
+    void keep(const Notice& notice) {
+        if (const auto* opened = std::get_if<Opened>(&notice))
+            cache_->begin(*opened, link_->etag());
+        else if (const auto* chunk = std::get_if<Received>(&notice))
+            cache_->put(*chunk);
+        else if (std::holds_alternative<Restarted>(notice))
+            count([](Summary& s) { s.cached_bytes = 0; });
     }
 
     // A failure stays: nothing comes after it.
@@ -117,10 +155,12 @@ class Stream::Impl {
     std::optional<Result<protocol::EndReason>> outcome_;
     Summary summary_;
     Feed feed_;
-    Session session_;
+    std::unique_ptr<asio::ssl::context> tls_;
+    std::optional<ChunkCache> cache_;
+    std::optional<Stored> stored_;  // until start()
     asio::io_context io_;
     asio::executor_work_guard<asio::io_context::executor_type> work_;
-    TcpTransport transport_;
+    std::unique_ptr<Link> link_;
     std::thread thread_;
 };
 

@@ -15,6 +15,9 @@ struct StreamOptions {
     RetryPolicy retry;
     Limits limits;
     std::string token;
+    std::string ca_file;       // PEM file of who signs servers' certificates; empty: the system's
+    std::string cache_folder;  // chunks are kept there between runs; empty: nowhere
+    std::uint64_t cache_bytes = 1ull << 30;
     bool keep_chunks = false;  // for Stream::file()
 };
 
@@ -24,8 +27,9 @@ struct Summary {
     std::uint64_t model_payload_bytes = 0;  // of all the model's chunks, wanted or not
     double seconds = 0;                     // from the start to the last thing that was wanted
     std::optional<double> first_mesh_seconds;
-    unsigned resumed = 0;    // connections that took over from broken ones
-    unsigned restarted = 0;  // times that the model changed on the server and was begun anew
+    std::uint64_t cached_bytes = 0;  // of payloads that the disk cache had
+    unsigned resumed = 0;            // connections that took over from broken ones
+    unsigned restarted = 0;          // times that the model changed on the server and was begun anew
 };
 
 /// What an owner may listen to; each may be empty.

@@ -35,6 +35,9 @@ void Feed::push(Opened opened) {
 void Feed::push(Received chunk) {
     push_item(std::move(chunk));
 }
+void Feed::push(Indexed indexed) {
+    push_item(std::move(indexed));
+}
 void Feed::push(Restarted restarted) {
     push_item(restarted);
 }
@@ -87,6 +90,7 @@ void Feed::take(Received& chunk) {
     const std::uint64_t before = decoder_->revision();
     const Result<void> fed = decoder_->feed_chunk(chunk.id, chunk.payload, chunk.crc32c);
     if (!fed && !error_) error_ = fed.error();
+    if (chunk.error == kUnknownError) chunk.error = decoder_->state().error;
     ahead_[chunk.index] = chunk.error;
     for (auto next = ahead_.begin(); next != ahead_.end() && next->first == row_; next = ahead_.erase(next), ++row_)
         row_error_ = next->second;
@@ -101,6 +105,15 @@ void Feed::take(Received& chunk) {
         waiting = queue_.size();
     }
     on_refined_({id, state(), seconds(), waiting}, *decoder_);
+}
+
+void Feed::take(Indexed& indexed) {
+    const auto error_of = [&](std::uint32_t index, float stated) {
+        return index < indexed.errors.size() ? indexed.errors[index] : stated;
+    };
+    if (row_ > 0) row_error_ = error_of(row_ - 1, row_error_);
+    for (auto& [index, error] : ahead_) error = error_of(index, error);
+    for (auto& [index, chunk] : kept_) chunk.error = error_of(index, chunk.error);
 }
 
 void Feed::take(Restarted&) {

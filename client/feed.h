@@ -39,6 +39,7 @@ class Feed {
     /// the memory of a slow machine.
     void push(Opened opened);
     void push(Received chunk);
+    void push(Indexed indexed);
     void push(Restarted);
     /// Returns once all that was pushed has been decoded.
     void wait_idle();
@@ -59,11 +60,12 @@ class Feed {
     [[nodiscard]] Result<Bytes> file() const;
 
  private:
-    using Item = std::variant<Opened, Received, Restarted>;
+    using Item = std::variant<Opened, Received, Indexed, Restarted>;
     void push_item(Item item);
     void run();
     void take(Opened& opened);
     void take(Received& chunk);
+    void take(Indexed& indexed);
     void take(Restarted&);
     [[nodiscard]] double seconds() const;
 

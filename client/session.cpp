@@ -45,6 +45,13 @@ bool is_temporary(ErrorCode code) {
 
 }  // namespace
 
+std::chrono::milliseconds Backoff::delay(unsigned attempt) {
+    random_ = random_ * 1664525u + 1013904223u;  // Numerical Recipes' generator: spreads clients, keeps no secret
+    const unsigned doublings = std::min(attempt - 1, 16u);
+    const auto longest = std::min(retry_.first_delay * (std::int64_t{1} << doublings), retry_.longest_delay);
+    return longest - longest * (random_ >> 24) / 1024;
+}
+
 Session::Session(std::string model, std::string token, Wants wants, const RetryPolicy& retry, const Limits& limits,
                  std::uint32_t seed)
     : model_(std::move(model)),
@@ -53,12 +60,31 @@ Session::Session(std::string model, std::string token, Wants wants, const RetryP
       retry_(retry),
       limits_(limits),
       input_(accepted(limits)),
-      random_(seed) {}
+      backoff_(retry, seed) {}
+
+void Session::restore(Stored stored) {
+    if (read_header(stored.header, limits_).ok() && stored.chunk_count > 0) stored_ = std::move(stored);
+}
 
 Actions Session::start(Clock::time_point now) {
     now_ = now;
-    if (state_ == State::New) connect();
+    if (state_ != State::New) return {};
+    if (stored_) tell_stored();
+    connect();
     return flush();
+}
+
+void Session::tell_stored() {
+    header_ = std::move(stored_->header);
+    content_id_ = read_header(header_, limits_)->content_id;
+    chunk_count_ = stored_->chunk_count;
+    actions_.emplace_back(Opened{header_, chunk_count_, stored_->file_bytes, stored_->payload_bytes});
+    for (Received& chunk : stored_->chunks) {
+        if (chunk.index >= chunk_count_ || held_.contains(chunk.index)) continue;
+        held_.insert(chunk.index);
+        actions_.emplace_back(std::move(chunk));
+    }
+    stored_.reset();
 }
 
 Actions Session::on_connected(Clock::time_point now) {
@@ -269,7 +295,7 @@ void Session::broken(Error why, bool connected) {
     }
     state_ = State::Waiting;
     was_broken_ = chunk_count_ != 0;
-    const std::chrono::milliseconds delay = next_delay();
+    const std::chrono::milliseconds delay = backoff_.delay(attempts_);
     retry_at_ = now_ + delay;
     actions_.emplace_back(Broken{std::move(why), delay});
 }
@@ -297,13 +323,6 @@ Request Session::next_request() {
     r.tiles = wants_.tiles;
     r.held = held_;
     return r;
-}
-
-std::chrono::milliseconds Session::next_delay() {
-    random_ = random_ * 1664525u + 1013904223u;  // Numerical Recipes' generator: spreads clients, keeps no secret
-    const unsigned doublings = std::min(attempts_ - 1, 16u);
-    const auto delay = std::min(retry_.first_delay * (std::int64_t{1} << doublings), retry_.longest_delay);
-    return delay - delay * (random_ >> 24) / 1024;
 }
 
 std::optional<Clock::time_point> Session::deadline() const {

@@ -36,6 +36,18 @@ struct RetryPolicy {
     unsigned restarts = 3;                           // after the model has changed
 };
 
+/// Delays between attempts: doubled each time, less a random part of up to a quarter, so that the clients of one server
+/// do not come back together.
+class Backoff {
+ public:
+    Backoff(const RetryPolicy& retry, std::uint32_t seed) : retry_(retry), random_(seed) {}
+    std::chrono::milliseconds delay(unsigned attempt);  // the first is 1
+
+ private:
+    RetryPolicy retry_;
+    std::uint32_t random_;
+};
+
 // What a transport has to do, in order.
 struct Connect {};
 struct SendBytes {
@@ -54,13 +66,28 @@ struct Opened {
     std::uint32_t chunk_count = 0;
     std::uint64_t file_bytes = 0, payload_bytes = 0;
 };
+/// Received::error where only the chunk itself tells it.
+inline constexpr float kUnknownError = -1;
+
 /// A chunk that was not held before; its checksum is right.
 struct Received {
     std::uint32_t index = 0;
     ChunkId id;
     std::uint32_t crc32c = 0;
-    float error = 0;
+    float error = 0;  // left once it and all before it in file order are there, fraction of the diagonal
     Bytes payload;
+};
+/// The errors of all chunks, once the file's index has come (HTTP): in place of what Received said of them.
+struct Indexed {
+    std::vector<float> errors;
+};
+/// What an earlier session opened and received.
+struct Stored {
+    Bytes header;
+    std::uint32_t chunk_count = 0;
+    std::uint64_t file_bytes = 0, payload_bytes = 0;
+    std::string etag{};  // HTTP
+    std::vector<Received> chunks{};
 };
 /// All that is wanted and can be had is there.
 struct Satisfied {
@@ -93,6 +120,9 @@ class Session {
     Session(std::string model, std::string token, Wants wants, const RetryPolicy& retry = {}, const Limits& limits = {},
             std::uint32_t seed = 1);
 
+    /// Before start(), which then tells it all again: what an earlier session received. Dropped when the server has
+    /// another model under this name.
+    void restore(Stored stored);
     Actions start(Clock::time_point now);
     Actions on_connected(Clock::time_point now);
     Actions on_bytes(ByteSpan in, Clock::time_point now);
@@ -116,6 +146,7 @@ class Session {
     void handle(const protocol::ErrorMessage& m);
     void handle(const protocol::Ping& m);
 
+    void tell_stored();
     void connect();
     void send_open();
     void restart();
@@ -123,7 +154,6 @@ class Session {
     void fail(Error why);
     void satisfied(protocol::EndReason reason);
     [[nodiscard]] protocol::Request next_request();
-    [[nodiscard]] std::chrono::milliseconds next_delay();
     Actions flush();
     [[nodiscard]] std::optional<Clock::time_point> deadline() const;
 
@@ -142,9 +172,10 @@ class Session {
     std::uint32_t request_id_ = 0;
     unsigned attempts_ = 0, restarts_ = 0;
     std::map<std::uint32_t, unsigned> damaged_;  // how often a chunk came with a wrong checksum
-    std::uint32_t random_;
+    Backoff backoff_;
 
-    Bytes header_;  // of the model as first opened
+    std::optional<Stored> stored_;  // until start()
+    Bytes header_;                  // of the model as first opened
     protocol::ContentId content_id_{};
     std::uint32_t chunk_count_ = 0;
     protocol::ChunkSet held_;

@@ -11,7 +11,7 @@
 #include "server/limits.h"
 #include "server/model_source.h"
 #include "server/protocol/message_stream.h"
-#include "server/schedule.h"
+#include "server/protocol/schedule.h"
 
 namespace mvw::server {
 
@@ -104,7 +104,7 @@ class Session {
     std::string model_name_;
     ModelPtr model_;
     protocol::ChunkSet sent_;           // held by the peer, or on its way
-    std::optional<Schedule> schedule_;  // the present request
+    std::optional<protocol::Schedule> schedule_;  // the present request
     bool model_wanted_ = false, index_wanted_ = false;
     std::uint32_t request_chunks_ = 0;
     std::uint64_t request_bytes_ = 0;

@@ -97,7 +97,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
         for (bool first = true; !ended_; first = false) {
             Parser parser;
             parser.header_limit(context_.limits.max_http_head_bytes);
-            parser.body_limit(boost::none);  // bodies are refused by answer()
+            parser.body_limit(UINT64_MAX);  // bodies are refused by answer()
             HttpReply reply;
             bool keep = co_await read_head(parser, first, reply);
             if (ended_) co_return;

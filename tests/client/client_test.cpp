@@ -5,6 +5,7 @@
 
 #include "codec/encoder.h"
 #include "server/server.h"
+#include "tests/support/certificate.h"
 #include "tests/support/shapes.h"
 #include "tests/support/stream_models.h"
 
@@ -29,11 +30,109 @@ class StreamTest : public testing::Test {
         options.tcp.port = options.http.port = 0;
         server_ = server::Server::start(options).value();
     }
-    [[nodiscard]] Url url() const { return {Scheme::Tcp, server_->tcp_address(), "torus"}; }
+    [[nodiscard]] Url url() const { return {Scheme::Tcp, server_->tcp_address(), "torus", false, {}}; }
 
     test::TemporaryFolder folder_;
     std::unique_ptr<server::Server> server_;
 };
+
+/// Every way in, with and without TLS.
+class EveryWayTest : public testing::TestWithParam<std::tuple<Scheme, bool>> {
+ protected:
+    void start(server::ServerOptions options = {}) {
+        folder_.put("torus.mvw", torus_file());
+        options.folder = folder_.path();
+        options.tcp.port = options.http.port = 0;
+        if (std::get<1>(GetParam())) {
+            test::make_certificate(folder_.path("cert.pem"), folder_.path("key.pem"));
+            options.tls_cert = folder_.path("cert.pem");
+            options.tls_key = folder_.path("key.pem");
+            options_.ca_file = options.tls_cert;
+        }
+        server_ = server::Server::start(options).value();
+        const auto [scheme, tls] = GetParam();
+        url_ = {scheme, scheme == Scheme::Tcp ? server_->tcp_address() : server_->http_address(), "torus", tls,
+                "/models/torus.mvw"};
+        options_.keep_chunks = true;
+        options_.retry.first_delay = std::chrono::milliseconds(5);
+    }
+
+    test::TemporaryFolder folder_;
+    std::unique_ptr<server::Server> server_;
+    Url url_;
+    StreamOptions options_;
+};
+
+TEST_P(EveryWayTest, BringsTheFileByteForByte) {
+    start();
+    Stream stream(url_, options_, {});
+    const Result<Summary> summary = stream.wait();
+    ASSERT_TRUE(summary.ok()) << summary.error().message;
+    EXPECT_EQ(stream.feed().file().value(), torus_file());
+    EXPECT_TRUE(summary->first_mesh_seconds);
+}
+
+TEST_P(EveryWayTest, LevelAndThenTheRest) {
+    start();
+    options_.wants.max_level = 1;
+    Stream stream(url_, options_, {});
+    ASSERT_TRUE(stream.wait().ok());
+    EXPECT_LE(stream.feed().decoder().state().level, 1u);
+    const auto coarse = stream.feed().decoder().state().chunks;
+    stream.want({});
+    const Result<Summary> summary = stream.wait();
+    ASSERT_TRUE(summary.ok()) << summary.error().message;
+    EXPECT_GT(stream.feed().decoder().state().chunks, coarse);
+    EXPECT_EQ(stream.feed().file().value(), torus_file());
+}
+
+TEST_P(EveryWayTest, CacheSavesWhatItHasAndNothingElse) {
+    start();
+    options_.cache_folder = folder_.path("cache");
+    options_.wants.byte_budget = torus_file().size() / 2;
+    std::uint64_t half = 0;
+    {
+        Stream stream(url_, options_, {});
+        ASSERT_TRUE(stream.wait().ok());
+        half = stream.feed().decoder().state().bytes;
+    }
+    options_.wants = {};
+    for (int run = 0; run < 2; ++run) {
+        Stream stream(url_, options_, {});
+        const Result<Summary> summary = stream.wait();
+        ASSERT_TRUE(summary.ok()) << summary.error().message;
+        EXPECT_EQ(stream.feed().file().value(), torus_file());
+        EXPECT_GT(summary->cached_bytes, run == 0 ? half / 2 : torus_file().size() * 3 / 4);
+    }
+}
+
+TEST_P(EveryWayTest, TokensOpenAndTheirAbsenceDoesNot) {
+    const std::string key = "a key of at least 16 bytes";
+    server::ServerOptions server;
+    server.tokens.emplace(std::vector<std::string>{key});
+    start(server);
+    {
+        Stream stream(url_, options_, {});
+        const Result<Summary> summary = stream.wait();
+        ASSERT_FALSE(summary.ok());
+    }
+    options_.token = server::make_token(key, "to*", 1ll << 40).value();
+    Stream stream(url_, options_, {});
+    EXPECT_TRUE(stream.wait().ok());
+}
+
+TEST_P(EveryWayTest, StrangersCertificateIsRefused) {
+    start();
+    if (!url_.tls) return;
+    options_.ca_file.clear();
+    options_.retry.first_attempts = 1;
+    Stream stream(url_, options_, {});
+    ASSERT_FALSE(stream.wait().ok());
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, EveryWayTest,
+                         testing::Combine(testing::Values(Scheme::Tcp, Scheme::WebSocket, Scheme::Http),
+                                          testing::Bool()));
 
 TEST_F(StreamTest, DeliversRefinementsUpToTheWholeModel) {
     std::vector<Refinement> seen;

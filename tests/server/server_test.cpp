@@ -15,7 +15,7 @@
 #include <mutex>
 #include <thread>
 
-#include "client/transport/tcp.h"
+#include "client/transport/stream.h"
 #include "tests/support/stream_models.h"
 
 namespace mvw {
@@ -38,7 +38,8 @@ class Downloader {
                std::size_t pause_at = SIZE_MAX)
         : pause_at_(pause_at),
           session_(model, "", std::move(wants)),
-          transport_(io_, address, session_, [this](client::Action&& a) { take(std::move(a)); }) {
+          transport_(io_, client::Url{client::Scheme::Tcp, address, model, false, {}}, nullptr, session_,
+                     [this](client::Action&& a) { take(std::move(a)); }) {
         boost::asio::post(io_, [this] { transport_.perform(session_.start(client::Clock::now())); });
         thread_ = std::thread([this] { io_.run(); });
     }
@@ -107,7 +108,7 @@ class Downloader {
     bool released_ = false;
     boost::asio::io_context io_;
     client::Session session_;
-    client::TcpTransport transport_;
+    client::StreamTransport transport_;
     std::thread thread_;
 };
 

@@ -21,7 +21,8 @@ namespace {
 constexpr std::string_view kContainerEnding = ".mvw";
 
 struct FetchArguments {
-    std::string url, output, snapshots;
+    std::string url, output, snapshots, token, ca_file, cache;
+    std::uint64_t cache_megabytes = 1024;
     unsigned level = 255;
     std::uint64_t max_bytes = 0;
     double target_error = 0;
@@ -118,6 +119,10 @@ client::StreamOptions stream_options(const FetchArguments& arguments) {
     options.wants.max_level = static_cast<std::uint8_t>(arguments.level);
     options.wants.byte_budget = arguments.max_bytes;
     options.wants.target_error = static_cast<float>(arguments.target_error);
+    options.token = arguments.token;
+    options.ca_file = arguments.ca_file;
+    options.cache_folder = arguments.cache;
+    options.cache_bytes = arguments.cache_megabytes << 20;
     options.keep_chunks = arguments.wants_container();
     return options;
 }
@@ -195,7 +200,11 @@ void add_fetch(CLI::App& app) {
     auto arguments = std::make_shared<FetchArguments>();
     CLI::App* command = app.add_subcommand("fetch", "Streams a model from a server into a file");
     command->footer("Example: mvw fetch mvw://127.0.0.1:7707/bunny bunny.ply --target-error 1e-4");
-    command->add_option("URL", arguments->url, "mvw://HOST[:PORT]/MODEL")->required();
+    command
+        ->add_option("URL", arguments->url,
+                     "mvw://HOST[:PORT]/MODEL, ws://HOST[:PORT]/MODEL, http://HOST[:PORT]/PATH.mvw; mvws, wss, https: "
+                     "the same with TLS")
+        ->required();
     command->add_option("OUTPUT", arguments->output, "Mesh file, or .mvw for the chunks as received")->required();
     command->add_option("--level", arguments->level, "Finest level wanted; 0 is the base mesh")
         ->check(CLI::Range(0, 255));
@@ -208,6 +217,13 @@ void add_fetch(CLI::App& app) {
     command->add_option(
         "--snapshots", arguments->snapshots,
         "Folder for a mesh of each refinement (a new level or half the error), and a table row for each");
+    command->add_option("--token", arguments->token, "Access token, as mvw token prints it");
+    command->add_option("--ca", arguments->ca_file,
+                        "PEM file of who signs the server's certificate; else the system's are trusted");
+    command->add_option("--cache", arguments->cache, "Folder that keeps chunks between runs: none is fetched twice");
+    command->add_option("--cache-mb", arguments->cache_megabytes, "Size of that folder at most")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     command->add_flag("--json", arguments->json,
                       "One JSON object: bytes level vertices error seconds first_mesh_seconds resumed");
     command->callback([arguments] { fetch(*arguments); });

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
     add_compare(app);
     add_fetch(app);
     add_serve(app);
+    add_token(app);
     add_view(app);
     add_bench(app);
     try {

@@ -1,47 +1,32 @@
-#include "client/transport/tcp.h"
+#include "client/transport/stream.h"
 
 #include <utility>  // before Asio, which uses std::exchange without it
 
-#include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/connect.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
+
+#include "client/transport/wire.h"
 
 namespace mvw::client {
 namespace {
 
-namespace asio = boost::asio;
-using asio::ip::tcp;
-using boost::system::error_code;
-
 constexpr std::size_t kReadBytes = 64u << 10;
-
-auto into(error_code& error) {
-    return asio::redirect_error(asio::use_awaitable, error);
-}
 
 /// One connection, from the look-up of its name to its end. Coroutines of a connection that has been given up find
 /// `alive` false and leave.
 struct Connection {
-    explicit Connection(asio::io_context& io) : resolver(io), socket(io) {}
-    tcp::resolver resolver;
-    tcp::socket socket;
+    std::unique_ptr<Wire> wire;
     Bytes unsent;
     bool writing = false, alive = true;
 };
 
 }  // namespace
 
-class TcpTransport::Impl : public std::enable_shared_from_this<TcpTransport::Impl> {
+class StreamTransport::Impl : public std::enable_shared_from_this<StreamTransport::Impl> {
  public:
-    Impl(asio::io_context& io, protocol::HostPort address, Session& session, Tell tell)
-        : io_(io), timer_(io), address_(std::move(address)), session_(session), tell_(std::move(tell)) {}
+    Impl(asio::io_context& io, Url url, asio::ssl::context* tls, Session& session, Tell tell)
+        : io_(io), tls_(tls), timer_(io), url_(std::move(url)), session_(session), tell_(std::move(tell)) {}
 
     void perform(Actions actions) {
         for (Action& action : actions) {
@@ -70,7 +55,7 @@ class TcpTransport::Impl : public std::enable_shared_from_this<TcpTransport::Imp
 
     void connect() {
         disconnect();
-        connection_ = std::make_shared<Connection>(io_);
+        connection_ = std::make_shared<Connection>(Connection{make_wire(io_, url_, tls_), {}, false, true});
         asio::co_spawn(
             io_, [self = shared_from_this(), c = connection_] { return self->run(c); }, asio::detached);
     }
@@ -78,25 +63,19 @@ class TcpTransport::Impl : public std::enable_shared_from_this<TcpTransport::Imp
     void disconnect() {
         if (!connection_) return;
         connection_->alive = false;
-        connection_->resolver.cancel();
-        error_code ignored;
-        connection_->socket.close(ignored);
+        connection_->wire->close();
         connection_.reset();
     }
 
     asio::awaitable<void> run(ConnectionPtr c) {
         error_code error;
-        const auto found =
-            co_await c->resolver.async_resolve(address_.host, std::to_string(address_.port), into(error));
-        if (c->alive && !error) co_await asio::async_connect(c->socket, found, into(error));
+        co_await c->wire->connect(error);
         if (!c->alive) co_return;
-        if (error) co_return lost(c, "cannot connect to " + to_string(address_) + ": " + error.message());
-        error_code ignored;
-        c->socket.set_option(tcp::no_delay(true), ignored);
+        if (error) co_return lost(c, "cannot connect to " + to_string(url_.address) + ": " + error.message());
         perform(session_.on_connected(Clock::now()));
         Bytes buffer(kReadBytes);
         while (c->alive) {
-            const std::size_t n = co_await c->socket.async_read_some(asio::buffer(buffer), into(error));
+            const std::size_t n = co_await c->wire->read(asio::buffer(buffer), error);
             if (!c->alive) co_return;
             if (error == asio::error::eof) co_return lost(c, "the server closed the connection");
             if (error) co_return lost(c, "the connection broke: " + error.message());
@@ -106,8 +85,7 @@ class TcpTransport::Impl : public std::enable_shared_from_this<TcpTransport::Imp
 
     void lost(const ConnectionPtr& c, std::string why) {
         c->alive = false;
-        error_code ignored;
-        c->socket.close(ignored);
+        c->wire->close();
         if (connection_ == c) connection_.reset();
         perform(session_.on_disconnected({Errc::Io, 0, std::move(why)}, Clock::now()));
     }
@@ -125,7 +103,7 @@ class TcpTransport::Impl : public std::enable_shared_from_this<TcpTransport::Imp
         error_code error;
         while (c->alive && !error && !c->unsent.empty()) {
             const Bytes bytes = std::exchange(c->unsent, {});
-            co_await asio::async_write(c->socket, asio::buffer(bytes), into(error));
+            co_await c->wire->write(asio::buffer(bytes), error);
         }
         c->writing = false;
     }
@@ -138,21 +116,22 @@ class TcpTransport::Impl : public std::enable_shared_from_this<TcpTransport::Imp
     }
 
     asio::io_context& io_;
+    asio::ssl::context* const tls_;
     asio::steady_timer timer_;
-    const protocol::HostPort address_;
+    const Url url_;
     Session& session_;
     const Tell tell_;
     ConnectionPtr connection_;
     bool stopped_ = false;
 };
 
-TcpTransport::TcpTransport(asio::io_context& io, protocol::HostPort address, Session& session, Tell tell)
-    : impl_(std::make_shared<Impl>(io, std::move(address), session, std::move(tell))) {}
-TcpTransport::~TcpTransport() = default;
-void TcpTransport::perform(Actions actions) {
+StreamTransport::StreamTransport(asio::io_context& io, Url url, asio::ssl::context* tls, Session& session, Tell tell)
+    : impl_(std::make_shared<Impl>(io, std::move(url), tls, session, std::move(tell))) {}
+StreamTransport::~StreamTransport() = default;
+void StreamTransport::perform(Actions actions) {
     impl_->perform(std::move(actions));
 }
-void TcpTransport::stop() {
+void StreamTransport::stop() {
     impl_->stop();
 }
 

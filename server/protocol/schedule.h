@@ -8,7 +8,7 @@
 #include "codec/container/toc.h"
 #include "server/protocol/messages.h"
 
-namespace mvw::server {
+namespace mvw::protocol {
 
 /// Walks one request's chunks:
 ///   1. base chunks of every part, in file order (nothing shows without them);
@@ -20,25 +20,25 @@ namespace mvw::server {
 class Schedule {
  public:
     /// `toc` outlives the schedule. O(C + T log T).
-    Schedule(const Toc& toc, protocol::Request request);
+    Schedule(const Toc& toc, Request request);
 
     /// The next chunk that is not in `sent` (which holds all that the peer is known to hold), or none. Amortised O(1)
     /// for each chunk of the file and each distinct priority, times the look-up of its tile.
-    std::optional<std::uint32_t> next(const protocol::ChunkSet& sent);
+    std::optional<std::uint32_t> next(const ChunkSet& sent);
     /// Why next() said none.
-    [[nodiscard]] protocol::EndReason end_reason() const { return reason_; }
+    [[nodiscard]] EndReason end_reason() const { return reason_; }
     [[nodiscard]] std::uint32_t request_id() const { return request_.id; }
 
  private:
     [[nodiscard]] bool in_pass(const ChunkId& id) const;
 
     const Toc* toc_;
-    protocol::Request request_;       // tiles sorted by (part, tile)
+    Request request_;                 // tiles sorted by (part, tile)
     std::vector<unsigned> passes_;    // priorities, highest first; the base's pass comes before them all
     std::size_t pass_ = 0;            // index into passes_
     std::uint32_t at_ = 0, end_ = 0;  // next chunk to look at, one past the last wanted
     std::uint64_t held_bytes_ = 0;    // header and payloads that the peer holds, once what is under way arrives
-    protocol::EndReason reason_ = protocol::EndReason::Complete;
+    EndReason reason_ = EndReason::Complete;
 };
 
-}  // namespace mvw::server
+}  // namespace mvw::protocol

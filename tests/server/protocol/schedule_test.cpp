@@ -1,4 +1,4 @@
-#include "server/schedule.h"
+#include "server/protocol/schedule.h"
 
 #include <gtest/gtest.h>
 
@@ -6,12 +6,9 @@
 
 #include "tests/support/stream_models.h"
 
-namespace mvw::server {
+namespace mvw::protocol {
 namespace {
 
-using protocol::ChunkSet;
-using protocol::EndReason;
-using protocol::Request;
 
 struct Walk {
     std::vector<std::uint32_t> order;
@@ -150,4 +147,4 @@ TEST_F(ScheduleTest, LayersOfATileKeepTheirOrder) {
 }
 
 }  // namespace
-}  // namespace mvw::server
+}  // namespace mvw::protocol

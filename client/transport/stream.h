@@ -1,28 +1,32 @@
-// Carries a client session over TCP: connects, moves bytes, keeps the session's timer, nothing else.
+// Carries a client session over a wire (TCP, TLS or WebSocket): connects, moves bytes, keeps the session's timer,
+// nothing else.
 #pragma once
 #include <functional>
 #include <memory>
 
 #include "client/session.h"
-#include "server/protocol/address.h"
+#include "client/url.h"
 
 namespace boost::asio {
 class io_context;
+namespace ssl {
+class context;
 }
+}  // namespace boost::asio
 
 namespace mvw::client {
 
 /// Performs a session's actions on one thread, that of the io_context.
-class TcpTransport {
+class StreamTransport {
  public:
     /// `tell` gets every action that is not the transport's own business. It may block: nothing is read meanwhile.
     using Tell = std::function<void(Action&&)>;
 
-    /// `io` and `session` outlive the transport.
-    TcpTransport(boost::asio::io_context& io, protocol::HostPort address, Session& session, Tell tell);
-    ~TcpTransport();
-    TcpTransport(const TcpTransport&) = delete;
-    TcpTransport& operator=(const TcpTransport&) = delete;
+    /// `io`, `session` and `tls` (used where the URL says so) outlive the transport.
+    StreamTransport(boost::asio::io_context& io, Url url, boost::asio::ssl::context* tls, Session& session, Tell tell);
+    ~StreamTransport();
+    StreamTransport(const StreamTransport&) = delete;
+    StreamTransport& operator=(const StreamTransport&) = delete;
 
     /// Performs what a call of the session gave.
     void perform(Actions actions);

@@ -1,13 +1,11 @@
-#include "server/schedule.h"
+#include "server/protocol/schedule.h"
 
 #include <algorithm>
 #include <functional>
 #include <utility>
 
-namespace mvw::server {
+namespace mvw::protocol {
 namespace {
-
-using protocol::TilePriority;
 
 constexpr unsigned kBasePass = 256;  // above every u8 priority
 
@@ -25,7 +23,7 @@ std::uint32_t target_end(const Toc& toc, float target_error) {
 }
 
 // Base first, then each priority that occurs, highest first; 0 means not at all.
-std::vector<unsigned> priorities(const protocol::Request& request) {
+std::vector<unsigned> priorities(const Request& request) {
     std::vector<unsigned> passes{kBasePass};
     if (request.other_priority != 0) passes.push_back(request.other_priority);
     for (const TilePriority& t : request.tiles)
@@ -37,14 +35,14 @@ std::vector<unsigned> priorities(const protocol::Request& request) {
 
 }  // namespace
 
-Schedule::Schedule(const Toc& toc, protocol::Request request)
+Schedule::Schedule(const Toc& toc, Request request)
     : toc_(&toc),
       request_(std::move(request)),
       passes_(priorities(request_)),
       end_(target_end(toc, request_.target_error)),
       held_bytes_(toc.header.header_bytes) {
     std::stable_sort(request_.tiles.begin(), request_.tiles.end(), tile_less);
-    for (const protocol::ChunkSet::Range& r : request_.held.ranges())
+    for (const ChunkSet::Range& r : request_.held.ranges())
         for (std::uint64_t i = r.first; i <= r.last && i < toc.chunks.size(); ++i) held_bytes_ += toc.chunks[i].length;
 }
 
@@ -60,13 +58,13 @@ bool Schedule::in_pass(const ChunkId& id) const {
     return tile->priority == pass && id.level <= tile->max_level;
 }
 
-std::optional<std::uint32_t> Schedule::next(const protocol::ChunkSet& sent) {
+std::optional<std::uint32_t> Schedule::next(const ChunkSet& sent) {
     for (; pass_ < passes_.size(); ++pass_, at_ = 0) {
         for (; at_ < end_; ++at_) {
             const ChunkEntry& chunk = toc_->chunks[at_];
             if (!in_pass(chunk.id) || sent.contains(at_)) continue;
             if (request_.byte_budget != 0 && held_bytes_ + chunk.length > request_.byte_budget) {
-                reason_ = protocol::EndReason::Budget;
+                reason_ = EndReason::Budget;
                 pass_ = passes_.size();
                 return std::nullopt;
             }
@@ -77,4 +75,4 @@ std::optional<std::uint32_t> Schedule::next(const protocol::ChunkSet& sent) {
     return std::nullopt;
 }
 
-}  // namespace mvw::server
+}  // namespace mvw::protocol
