@@ -6,6 +6,7 @@
 #include "codec/measure/surface_index.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/parallel.h"
+#include "codec/remesh/unfold.h"
 
 namespace mvw {
 
@@ -158,6 +159,7 @@ void slide(const Mesh& input, const TransformOptions& transform, unsigned thread
     FitOptions fitting;
     fitting.threads = threads;
     fit(unit, slide.triangles(), slide.fixed(), fitting, positions);
+    unfold(slide.triangles(), slide.fixed(), positions);
     if (distance_of(unit, slide.triangles(), positions, threads) > kMostLoss * before) return;
     for (std::size_t v = 0; v < positions.size(); ++v)
         if (slide.fixed()[v] == 0) mesh.positions[v] = positions[v] * box.diagonal() + box.center();

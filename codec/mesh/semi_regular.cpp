@@ -98,7 +98,7 @@ std::vector<Face> triangles_at_level(const BaseMesh& base, unsigned level) {
 }
 
 std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh) {
-    std::vector<std::uint8_t> flags(mesh.positions.size(), 0);
+    std::vector<std::uint8_t> flags(vertices_at_level(mesh.base, mesh.levels), 0);
     const std::uint32_t n = 1u << mesh.levels;
     for (std::uint32_t b = 0; b < mesh.base.edge_count(); ++b) {
         const BaseEdge& e = mesh.base.edges()[b];

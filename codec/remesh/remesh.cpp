@@ -12,8 +12,11 @@
 #include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/prepare.h"
+#include "codec/remesh/relax.h"
 #include "codec/remesh/resample.h"
 #include "codec/remesh/self_parameterization.h"
+#include "codec/remesh/surface_walk.h"
+#include "codec/remesh/unfold.h"
 
 namespace mvw {
 
@@ -163,12 +166,13 @@ void report(const RemeshOptions& options, const char* phase, double done) {
 
 /// One way down to a base, and what each component makes of it.
 struct Decimation {
+    std::vector<std::uint8_t> sharp;  // half-edges that base edges had to follow; empty: none
     std::unique_ptr<SelfParameterization> parameterization;
     std::vector<unsigned> levels;  // of each component, 0: coded as it is
     double alone_area_share = 0;
 };
 
-Decimation decimate(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, const std::vector<Component>& parts,
+Decimation decimate(const Mesh& mesh, std::vector<std::uint8_t> sharp, const std::vector<Component>& parts,
                     const std::vector<std::uint32_t>& component_of_face, const RemeshOptions& options) {
     DecimateOptions how;
     how.target_faces = options.base_faces;
@@ -177,59 +181,80 @@ Decimation decimate(const Mesh& mesh, const std::vector<std::uint8_t>& sharp, co
     how.corner_reach = kCornerReach;
     how.progress = [&](double done) { report(options, "decimate", done); };
     Decimation out;
-    out.parameterization = std::make_unique<SelfParameterization>(mesh, sharp, how);
+    out.sharp = std::move(sharp);
+    out.parameterization = std::make_unique<SelfParameterization>(mesh, out.sharp, how);
     out.levels = choose_levels(out.parameterization->base(), parts, component_of_face, options);
     out.alone_area_share = area_share(mesh, [&](std::uint32_t f) { return out.levels[component_of_face[f]] == 0; });
     return out;
 }
 
-/// The wanted faces resampled over their base at one level, and fitted.
-/// error: out, RMS distance of the input from it, model units.
-template <typename Wanted>
-SemiRegularMesh sample_part(const Mesh& mesh, const SelfParameterization& parameterization, unsigned level,
-                            Wanted wanted, unsigned threads, const RemeshOptions& options, double& error) {
-    report(options, "sample", 0);
-    SemiRegularMesh part;
-    std::vector<std::uint32_t> face_ids;
-    part.base = extract_base(parameterization.base(), wanted, face_ids);
-    part.levels = level;
-    part.creases = creases_of(parameterization.base(), part.base, face_ids);
-    std::vector<FacePoint> points = grid_points(part.base, level, face_ids);
-    parameterization.to_input(points, threads);
-    part.positions = positions_of(mesh, points);
-    part.colors = colors_of(mesh, points);
-    report(options, "fit", 0);
-    FitOptions fitting;
-    fitting.threads = threads;
-    error = fit(extract_faces(mesh, wanted), triangles_at_level(part.base, level), line_vertices(part), fitting,
-                part.positions);
-    report(options, "fit", 1);
-    return part;
-}
+/// Makes parts of a decimated mesh's components.
+class Sampler {
+ public:
+    Sampler(const Mesh& mesh, const Decimation& decimation, unsigned threads, const RemeshOptions& options)
+        : mesh_(mesh),
+          parameterization_(*decimation.parameterization),
+          surface_(mesh, decimation.sharp),
+          threads_(threads),
+          options_(options) {}
 
-/// The components of one level as a part: finer where they miss the target error, as they are where they miss it by
-/// far.
-template <typename Wanted>
-std::optional<SemiRegularMesh> make_part(const Mesh& mesh, const SelfParameterization& parameterization, unsigned level,
-                                         Wanted wanted, unsigned threads, const RemeshOptions& options) {
-    const double diagonal = bounding_box(mesh).diagonal();
-    const double target = (options.target_error > 0 ? options.target_error : kTargetError) * diagonal;
-    const Mesh input = extract_faces(mesh, wanted);
-    double error = 0;
-    std::size_t base_faces = 0;
-    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
-        if (parameterization.base().faces[f][0] != kNone && wanted(f)) ++base_faces;
-    while (level > 1 && (base_faces << (2 * level)) > kMaxFaces) --level;
-    SemiRegularMesh part = sample_part(mesh, parameterization, level, wanted, threads, options, error);
-    while (options.levels < 0 && error > target && part.levels < kMaxLevels) {
-        const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
-        if (finer > kMaxOversampling * static_cast<double>(input.positions.size())) break;
-        part = sample_part(mesh, parameterization, part.levels + 1, wanted, threads, options, error);
+    /// The wanted faces, all of components that start with `level`, as a part: finer where they miss the target error;
+    /// none where they miss it by far.
+    template <typename Wanted>
+    std::optional<SemiRegularMesh> make_part(unsigned level, Wanted wanted) const {
+        const double diagonal = bounding_box(mesh_).diagonal();
+        const double target = (options_.target_error > 0 ? options_.target_error : kTargetError) * diagonal;
+        const Mesh input = extract_faces(mesh_, wanted);
+        SemiRegularMesh part;
+        std::vector<std::uint32_t> face_ids;
+        part.base = extract_base(parameterization_.base(), wanted, face_ids);
+        part.creases = creases_of(parameterization_.base(), part.base, face_ids);
+        part.levels = level;
+        while (part.levels > 1 && (std::size_t{part.base.face_count()} << (2 * part.levels)) > kMaxFaces) --part.levels;
+        double error = sample(input, face_ids, part);
+        while (options_.levels < 0 && error > target && part.levels < kMaxLevels) {
+            const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
+            if (finer > kMaxOversampling * static_cast<double>(input.positions.size())) break;
+            ++part.levels;
+            error = sample(input, face_ids, part);
+        }
+        const double limit = input.faces.size() < kSmallPartFaces ? kMaxSmallError : kMaxError;
+        if (options_.levels < 0 && options_.base_faces == 0 && error > limit * diagonal) return std::nullopt;
+        return part;
     }
-    const double limit = input.faces.size() < kSmallPartFaces ? kMaxSmallError : kMaxError;
-    if (options.levels < 0 && options.base_faces == 0 && error > limit * diagonal) return std::nullopt;
-    return part;
-}
+
+ private:
+    /// Fills in positions and colours of a part whose base and levels stand. Returns the RMS distance of the input from
+    /// it, model units.
+    double sample(const Mesh& input, const std::vector<std::uint32_t>& face_ids, SemiRegularMesh& part) const {
+        report(options_, "sample", 0);
+        std::vector<FacePoint> points = grid_points(part.base, part.levels, face_ids);
+        parameterization_.to_input(points, threads_);
+
+        report(options_, "relax", 0);
+        const std::vector<Face> triangles = triangles_at_level(part.base, part.levels);
+        const std::vector<std::uint8_t> fixed = line_vertices(part);
+        RelaxOptions relaxing;
+        relaxing.threads = threads_;
+        relax(surface_, triangles, fixed, relaxing, points);
+        part.positions = positions_of(mesh_, points);
+        part.colors = colors_of(mesh_, points);
+
+        report(options_, "fit", 0);
+        FitOptions fitting;
+        fitting.threads = threads_;
+        const double error = fit(input, triangles, fixed, fitting, part.positions);
+        unfold(triangles, fixed, part.positions);
+        report(options_, "fit", 1);
+        return error;
+    }
+
+    const Mesh& mesh_;
+    const SelfParameterization& parameterization_;
+    const SurfaceWalk surface_;
+    const unsigned threads_;
+    const RemeshOptions& options_;
+};
 
 }  // namespace
 
@@ -264,13 +289,14 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
         if (smooth.alone_area_share <= decimation.alone_area_share) decimation = std::move(smooth);
     }
 
+    const Sampler sampler(mesh, decimation, threads, options);
     std::vector<unsigned>& levels = decimation.levels;
     const std::set<unsigned, std::greater<>> used(levels.begin(), levels.end());
     std::vector<std::uint32_t> part_of_level(used.empty() ? 1 : *used.begin() + 1, 0);
     for (const unsigned level : used) {
         if (level == 0) break;
         const auto wanted = [&](std::uint32_t f) { return levels[component_of_face[f]] == level; };
-        auto part = make_part(mesh, *decimation.parameterization, level, wanted, threads, options);
+        auto part = sampler.make_part(level, wanted);
         if (!part) {
             std::replace(levels.begin(), levels.end(), level, 0u);
             continue;
