@@ -17,7 +17,7 @@ namespace mvw {
 enum class TransformKind : std::uint8_t {
     Interp = 0,
     InterpLazy = 1,
-    Vector = 2,  // positions here; its second component, which no file carries, in reference/ alone
+    Vector = 2,  // no file carries its second component
     Loop = 3,
     LoopLazy = 4,
     Butterfly = 5,
@@ -70,17 +70,32 @@ std::vector<LevelGain> synthesis_gains(const TransformOptions& options, unsigned
 /// slightly turned frames, a second-order effect.
 class PatchTransform {
  public:
-    /// creases: empty, or one flag for each base edge (the boundary rule predicts along those).
+    /// creases: empty, or one flag for each base edge (the boundary rule predicts along those). updates: keeps what
+    /// update() needs, about two thirds of the positions' size.
     PatchTransform(const BaseMesh& base, unsigned levels, const TransformOptions& options,
-                   std::span<const std::uint8_t> creases = {}, unsigned threads = 1);
+                   std::span<const std::uint8_t> creases = {}, unsigned threads = 1, bool updates = false);
     ~PatchTransform();
     PatchTransform(PatchTransform&&) noexcept;
     PatchTransform& operator=(PatchTransform&&) noexcept;
 
-    /// positions: V(L), in. coefficients: V(L), out.
-    void analyze(std::span<const Vec3f> positions, std::span<Vec3f> coefficients);
-    /// coefficients: at least V(level), in. positions: V(level), out. level <= L.
-    void synthesize(std::span<const Vec3f> coefficients, unsigned level, std::span<Vec3f> positions);
+    /// positions: V(L), in. coefficients: V(L), out. second: empty, or (Vector only) V(L) second components in model
+    /// axes, out; those of `positions` are zero.
+    void analyze(std::span<const Vec3f> positions, std::span<Vec3f> coefficients, std::span<Vec3f> second = {});
+    /// coefficients: at least V(level), in. positions: V(level), out. level <= L. second, second_out: the same of the
+    /// second component, both or none.
+    void synthesize(std::span<const Vec3f> coefficients, unsigned level, std::span<Vec3f> positions,
+                    std::span<const Vec3f> second = {}, std::span<Vec3f> second_out = {});
+
+    /// Like synthesize(), where since the last synthesize() or update() to this level coefficients differ only in
+    /// details of levels >= first_level, of these base faces: their inner points, and the sides that are theirs
+    /// (BaseEdge::face[0]). `positions` must hold the last result. Computes what can differ: the faces' groups of eight
+    /// and those around, spreading while bits change. Same bits as synthesize(). Falls back to it where there is
+    /// nothing to build on: another level, first_level 0, Loop's rules, or `updates` not asked for.
+    void update(std::span<const Vec3f> coefficients, std::span<const std::uint32_t> faces, unsigned first_level,
+                unsigned level, std::span<Vec3f> positions);
+
+    /// Bytes that this holds: buffers and tables.
+    [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
     struct State;

@@ -1,7 +1,11 @@
-// The regular rules over one whole patch, vectorised (Google Highway, the best instruction set chosen at run time, its
-// portable code elsewhere). Every stencil is a set of constant offsets within a row; weights come as tables.
+// The regular rules over one group of patches, vectorised (Google Highway, the best instruction set chosen at run time,
+// its portable code elsewhere). Every stencil is a set of constant offsets within rows, or a list of them near a
+// patch's sides; weights come as tables.
 #pragma once
+#include <array>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "codec/transform/patch/layout.h"
 #include "codec/transform/stencils.h"
@@ -17,11 +21,34 @@ struct FloatWeights {
         : ends(float(w.ends)), opp(float(w.opp)), wings(float(w.wings)), far(float(w.far)) {}
 };
 
-/// Pointers are to one patch: v, normals, shape: 3 vertex planes; d: 9 detail planes (component, then H, V, D). Ghosts
-/// that a kernel reads must be filled. Listed edges and base vertices come out wrong: their lists put that right.
+/// Which lanes of a group keep their value at a kind of point, as masks of `lanes` words each, all or no bits: those
+/// that own side 0, 1, 2, then corner 0, 1, 2; all; none.
+enum Keep : std::uint8_t { kKeepSide = 0, kKeepCorner = 3, kKeepAll = 6, kKeepNone = 7, kKeepCount = 8 };
+
+/// The vertices that the edges of a patch lift, ghosts among them, and those edges by class. Vertices two rows and more
+/// inside are not here: their thirty edges lie at constant offsets.
+struct LiftProgram {
+    struct Point {
+        std::uint32_t vertex;
+        Keep keep;
+        std::array<std::uint8_t, 4> count;  // edges that have the vertex as end, opposite, wing, far point
+    };
+    std::vector<Point> points;
+    std::vector<std::uint32_t> edges;  // offsets, class by class, point by point
+};
+LiftProgram make_lift_program(const Layout& layout);
+
+/// Offsets of the same point in two patches.
+struct Copy {
+    std::uint32_t to, from;
+};
+
+/// Pointers are to one group. Ghosts of vertices that a kernel reads must be filled. Listed edges, base vertices and
+/// what the patch does not own come out wrong: lists and copies put that right.
 struct Kernels {
-    /// v += sign * sum of w d.
-    void (*lift)(const Layout&, const FloatWeights& w, float sign, const float* d, float* v);
+    /// out = scale in + sum of w d over the patch' own edges, where the lane keeps its value; the sum alone elsewhere.
+    void (*lift)(const Layout&, const LiftProgram&, const FloatWeights& w, float scale, const std::uint32_t* keep,
+                 const float* d, const float* in, float* out);
     /// d += sign * P(v), P the ten points with `position`; with `shape` not null also the ten of x with
     /// `shape_weights`.
     void (*predict)(const Layout&, const FloatWeights& position, const FloatWeights& shape_weights, float sign,
@@ -35,17 +62,26 @@ struct Kernels {
     void (*shape)(const Layout&, const float* v, const float* normals, float* x);
     /// Details from local frames to model axes, or back.
     void (*turn)(const Layout&, bool to_model, const float* v, const float* normals, float* d);
-    /// Vertices of the next level from those of this one and the points on its edges, and back.
-    void (*interleave)(const Layout& coarse, const float* v, const float* d, const Layout& fine, float* fine_v);
+    /// Vertices of the next level from those of this one and the points on its edges; whether any bit of fine_v
+    /// changed. And back.
+    bool (*interleave)(const Layout& coarse, const float* v, const float* d, const Layout& fine, float* fine_v);
     void (*deinterleave)(const Layout& fine, const float* fine_v, const Layout& coarse, float* v, float* d);
-    /// A face's run of new interior points (semi_regular.h) to planes, and back.
-    void (*load_details)(const Layout&, const Vec3f* run, float* d);
-    void (*store_details)(const Layout&, const float* d, Vec3f* run);
-    /// Loop's even rule at regular vertices: v = 2/5 v + 1/10 sum of d over the six edges; or its inverse.
-    void (*loop_even)(const Layout&, bool inverse, const float* d, float* v);
+    /// A run of points in each patch' own array to places in the group, and back. places: of each float of a run, in
+    /// order; runs: where each lane's run starts, `used` lanes.
+    void (*load_runs)(const std::vector<std::uint32_t>& places, const float* const* runs, unsigned used, float* to);
+    void (*store_runs)(const std::vector<std::uint32_t>& places, float* const* runs, unsigned used, const float* from);
+
+    // Single points of one lane; pointers are to the lane.
+    /// to[c.to] = from[c.from] of each copy, all three components; to[c.from] += from[c.to].
+    void (*copy)(std::span<const Copy> copies, const float* from, float* to);
+    void (*add_back)(std::span<const Copy> copies, const float* from, float* to);
+    /// The points at these places from an array and back; zero.
+    void (*load_points)(std::span<const std::uint32_t> places, const Vec3f* from, float* to);
+    void (*store_points)(std::span<const std::uint32_t> places, const float* from, Vec3f* to);
+    void (*clear_points)(std::span<const std::uint32_t> places, float* to);
 };
 
-/// For this machine.
-const Kernels& kernels();
+/// For this machine and groups of so many lanes (8, 4 or 1).
+const Kernels& kernels(unsigned lanes);
 
 }  // namespace mvw

@@ -4,6 +4,24 @@
 
 namespace mvw {
 
+Layout::Layout(unsigned level, unsigned lane_count) : n(1 << level), lanes(lane_count) {
+    const auto step = static_cast<std::int32_t>(stride());
+    row_starts_.resize(static_cast<std::size_t>(n) + 3);
+    std::int32_t end = 0;
+    // Rows 0 and -1 have no ghosts at their ends: the rows around them are what kernels read there, and discard.
+    const auto place = [&](int i, int first, int count) {
+        row_starts_[static_cast<std::size_t>(i + 1)] = end - first * step;
+        end += count * step;
+    };
+    place(1, -1, n + 2);
+    place(0, 0, n + 1);
+    place(-1, 1, n);
+    for (int i = 2; i <= n; ++i) place(i, -1, n + 3 - i);
+    row_starts_.back() = static_cast<std::int32_t>(row(n));
+    vertex_floats = static_cast<std::uint32_t>(end);
+    edge_floats = static_cast<std::uint32_t>(3 * n * (n + 1) / 2) * stride();
+}
+
 GridTopology::GridTopology(const BaseMesh& base) : base_(base), corner_owner_(base.vertex_count(), {kNone, 0}) {
     for (std::uint32_t f = 0; f < base_.face_count(); ++f)
         for (unsigned c = 0; c < 3; ++c)

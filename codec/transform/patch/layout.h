@@ -10,38 +10,55 @@
 
 namespace mvw {
 
-/// One triangular plane of floats for a base face at a level of n = 2^j: rows i = -2 ... n+1, row i holds
-/// k = -2 ... n+1-i. The vertices are 0 <= i, k and i + k <= n; all else is ghost border: copies from the neighbours.
+enum EdgePlane : std::uint8_t { kH = 0, kV = 1, kD = 2 };
+
+/// Patches lie side by side in the lanes of vectors: a group of `lanes` patches (8, 4 or 1) holds each of its grid
+/// points once for all of them, x of every lane, then y, then z. So all patches of a group share every offset, whatever
+/// their size, vectors are full on the coarsest level too, and no lane ever needs its neighbour's.
 ///
-/// Three planes hold a vector for each vertex. Details live on the edges of this level in planes of the same layout:
-/// H(i,k) from (i,k) to (i+1,k), V(i,k) from (i,k) to (i,k+1), D(i,k) from (i+1,k) to (i,k+1).
+/// Vertices of a level of n = 2^j segments: 0 <= i, k and i + k <= n, and one row of ghosts beyond each side (the
+/// neighbour's first inner row), n of them. Details live on the edges of this level: H(i,k) from (i,k) to (i+1,k),
+/// V(i,k) from (i,k) to (i,k+1), D(i,k) from (i+1,k) to (i,k+1), those inside the triangle and on its sides, in the
+/// order of the finer level's rows: V of row i, then H and D of row i in turn. No detail has a ghost.
+///
+/// All offsets are in floats, of the first lane's x.
 struct Layout {
     int n = 0;
-    std::uint32_t plane = 0;  // floats in one plane
+    unsigned lanes = 0;
+    std::uint32_t vertex_floats = 0, edge_floats = 0;  // of one group
 
-    explicit Layout(unsigned level) : n(1 << level) {
-        for (int i = -2, at = 2; i <= n + 2; at += n + 4 - i, ++i) row_starts_.push_back(at);
-        // Vectors may run over the last row by less than sixteen: never into another patch, which another thread may
-        // be writing.
-        plane = static_cast<std::uint32_t>(row_starts_.back() + 16 + 7) / 8 * 8;
+    Layout(unsigned level, unsigned lane_count);
+    /// Offset of vertex (i, k). Row starts may be asked for beyond the triangle (-1 <= i <= n + 1); what lies there is
+    /// some other vertex.
+    [[nodiscard]] std::ptrdiff_t row(int i) const { return row_starts_[static_cast<std::size_t>(i + 1)]; }
+    [[nodiscard]] std::uint32_t at(int i, int k) const {
+        return static_cast<std::uint32_t>(row(i) + k * static_cast<int>(stride()));
     }
-    /// Offset of (i, 0).
-    [[nodiscard]] std::ptrdiff_t row(int i) const { return row_starts_[static_cast<std::size_t>(i + 2)]; }
-    [[nodiscard]] std::uint32_t at(int i, int k) const { return static_cast<std::uint32_t>(row(i) + k); }
+    /// Offset of a detail.
+    [[nodiscard]] std::uint32_t edge(EdgePlane plane, int i, int k) const {
+        const int before = 3 * (i * n - i * (i - 1) / 2);
+        const int in_row = plane == kV ? k : n - i + 2 * k + (plane == kD ? 1 : 0);
+        return static_cast<std::uint32_t>(before + in_row) * stride();
+    }
+    /// The t-th vertex of side s, and the detail between the t-th and the next.
+    [[nodiscard]] std::uint32_t side_vertex(unsigned s, int t) const {
+        return s == 0 ? at(t, 0) : s == 1 ? at(n - t, t) : at(0, n - t);
+    }
+    [[nodiscard]] std::uint32_t side_edge(unsigned s, int t) const {
+        return s == 0 ? edge(kH, t, 0) : s == 1 ? edge(kD, n - 1 - t, t) : edge(kV, 0, n - 1 - t);
+    }
+    /// Floats from a point to the next.
+    [[nodiscard]] unsigned stride() const { return 3 * lanes; }
 
  private:
     std::vector<std::int32_t> row_starts_;
 };
-
-/// Floats that kernels may read or write past the last plane.
-inline constexpr std::size_t kPlanePadding = 64;
 
 /// Vertex or edge of the grid of one base face; i and k may leave the triangle by a little.
 struct GridVertex {
     std::uint32_t face;
     int i, k;
 };
-enum EdgePlane : std::uint8_t { kH = 0, kV = 1, kD = 2 };
 struct GridEdge {
     std::uint32_t face;
     EdgePlane plane;
@@ -71,6 +88,11 @@ class GridTopology {
     BaseMesh base_;
     std::vector<std::pair<std::uint32_t, unsigned>> corner_owner_;
 };
+
+/// Lanes of the groups that a base of so many faces is cut into: few enough that idle lanes cost little memory.
+constexpr unsigned lanes_for(std::uint32_t faces) {
+    return faces > 4 ? 8 : faces > 2 ? 4 : 1;
+}
 
 /// Barycentric coordinates over the face's corners, sum n.
 using Barycentric = std::array<int, 3>;

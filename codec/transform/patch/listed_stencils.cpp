@@ -57,6 +57,11 @@ ListedStencil stencil_of(const Tools& tools, std::uint32_t e) {
     std::vector<Term> terms;
     predict_terms(tools.level, e, predict_rule(tools.options.kind), tools.options.s, terms);
     for (const Term& t : terms) result.terms.push_back({name(t.vertex), t.position, t.shape});
+    if (tools.options.kind == TransformKind::Vector && is_ordinary(tools.level, e)) {
+        const auto vertices = ten_vertices(tools.level.ten_points(e));
+        const auto values = ten_values(kVectorShape);
+        for (std::size_t i = 0; i < 10; ++i) result.terms.push_back({name(vertices[i]), 0, values[i]});
+    }
     if (is_lazy(tools.options.kind)) return result;
     if (is_ordinary(tools.level, e)) {
         const auto vertices = ten_vertices(tools.level.ten_points(e));
@@ -139,7 +144,6 @@ ListedStencils fan_stencils(const std::vector<std::uint8_t>& signature, const Tr
             if (base.edges()[e].v[hub] == 0) creases[e] = signature[base.edges()[e].v[rim]];
     ListedStencils all = explicit_stencils(base, kFanLevel, options, creases);
     std::erase_if(all.edges, [&](const ListedStencil& s) { return nearest_corner(base, s.edge, 1 << kFanLevel) != 0; });
-    std::erase_if(all.corner_lifts, [](const CornerLift& c) { return c.base_vertex != 0; });
     return all;
 }
 
@@ -151,18 +155,11 @@ ListedStencils explicit_stencils(const BaseMesh& base, unsigned j, const Transfo
     const Names names = grid_names(base, level, 1 << j);
     const DiscreteLifting lifting(level, predict_rule(options.kind), options.s);
     const Tools tools{level, names, lifting, options, ordinary_lifting(options)};
-    const auto weights = ten_values(tools.ordinary);
     ListedStencils result;
     for (std::uint32_t e = 0; e < level.edges.size(); ++e) {
         const std::uint32_t a = level.from(level.edges[e].half), b = level.to(level.edges[e].half);
-        if (a < base.vertex_count() || b < base.vertex_count() || level.sharp(a) || level.sharp(b)) {
+        if (a < base.vertex_count() || b < base.vertex_count() || level.sharp(a) || level.sharp(b))
             result.edges.push_back(stencil_of(tools, e));
-        } else if (!is_lazy(options.kind)) {
-            const auto vertices = ten_vertices(level.ten_points(e));
-            for (std::size_t i = 0; i < 10; ++i)
-                if (vertices[i] < base.vertex_count())
-                    result.corner_lifts.push_back({vertices[i], names.edges[e], weights[i]});
-        }
     }
     return result;
 }
@@ -193,7 +190,6 @@ CarriedStencils::Corner CarriedStencils::turned(Corner c, bool clockwise) const 
 }
 
 void CarriedStencils::add_fan(Corner start, std::vector<std::uint8_t>& seen) {
-    const BaseMesh& base = topology_.base();
     Corner first = start;
     bool closed = false;
     for (Corner c = turned(start, true); c.face != kNone && !closed; c = turned(c, true)) {
@@ -201,13 +197,13 @@ void CarriedStencils::add_fan(Corner start, std::vector<std::uint8_t>& seen) {
         if (!closed) first = c;
     }
     if (closed) first = start;
-    Fan fan{base.faces()[start.face][start.corner], {}, 0};
+    Fan fan{{}, 0};
     std::vector<std::uint8_t> signature{closed ? std::uint8_t{1} : std::uint8_t{0}};
     for (Corner c = first; c.face != kNone; c = turned(c, false)) {
         if (seen[std::size_t{3} * c.face + c.corner] != 0) break;
         seen[std::size_t{3} * c.face + c.corner] = 1;
         fan.corners.push_back(c);
-        signature.push_back(sharp_[base.edge_of(c.face, c.corner)]);
+        signature.push_back(sharp_[topology_.base().edge_of(c.face, c.corner)]);
     }
     if (!closed) signature.push_back(1);
     const auto known = std::find(signatures_.begin(), signatures_.end(), signature);
@@ -230,8 +226,6 @@ void CarriedStencils::add_corner(const Fan& fan, int n, ListedStencils& out) con
         return GridVertex{face, r[1], r[2]};
     };
     for (const ListedStencil& s : kinds_[fan.kind].edges) out.edges.push_back(moved(s, m, n, place));
-    for (const CornerLift& c : kinds_[fan.kind].corner_lifts)
-        out.corner_lifts.push_back({fan.base_vertex, moved(c.edge, m, n, place), c.weight});
 }
 
 void CarriedStencils::add_middles(int n, ListedStencils& out) const {

@@ -11,7 +11,7 @@ namespace mvw {
 struct ListedStencil {
     struct Term {
         GridVertex vertex;
-        double position, shape;
+        double position, shape;  // for Vector, shape is what its second component takes from the positions
     };
     struct Lift {
         GridVertex vertex;
@@ -23,15 +23,8 @@ struct ListedStencil {
     std::vector<Term> terms;
     std::vector<Lift> lifts;
 };
-/// An ordinary edge that lifts a base vertex.
-struct CornerLift {
-    std::uint32_t base_vertex;
-    GridEdge edge;
-    double weight;
-};
 struct ListedStencils {
     std::vector<ListedStencil> edges;
-    std::vector<CornerLift> corner_lifts;
 };
 
 // From this level on (n = 8) stencils near a base vertex no longer see a second one.
@@ -55,7 +48,6 @@ class CarriedStencils {
         unsigned corner;
     };
     struct Fan {
-        std::uint32_t base_vertex;
         std::vector<Corner> corners;  // counter-clockwise; from the boundary on where there is one
         std::size_t kind;             // of kinds_
     };

@@ -1,101 +1,109 @@
-// Between arrays in hierarchical order and the planes of patches. Each patch moves its inner points, the sides and the
+// Between arrays in hierarchical order and groups of patches. Each patch moves its inner points, the sides and the
 // corners that it owns.
 #include "codec/transform/patch/patch_state.h"
 
 namespace mvw {
 
-/// Calls visit(hierarchical index, offset in a plane) for each vertex of the level that patch f owns.
-template <typename Visit>
-void PatchTransform::State::visit_vertices(const LevelPlan& plan, std::uint32_t f, Visit visit) const {
-    const BaseMesh& base = topology_.base();
-    const Layout& layout = plan.layout;
-    for (unsigned c = 0; c < 3; ++c)
-        if (topology_.corner_owner(base.faces()[f][c]) == std::pair(f, c)) {
-            const GridVertex v = topology_.corner(f, c, layout.n);
-            visit(base.faces()[f][c], layout.at(v.i, v.k));
-        }
-    for (unsigned j = 1; j <= plan.level; ++j) {
-        const int n = 1 << j, step = layout.n / n;
-        const std::uint64_t start = vertices_at_level(base, j - 1);
-        for (unsigned s = 0; s < 3; ++s) {
-            if (!topology_.owns_side(f, s)) continue;
-            std::uint64_t at = start + std::uint64_t{base.edge_of(f, s)} * static_cast<unsigned>(n / 2);
-            for (int t = 1; t < n; t += 2, ++at) {
-                const int along = t * step, back = layout.n - along;
-                visit(at, s == 0 ? layout.at(along, 0) : s == 1 ? layout.at(back, along) : layout.at(0, back));
-            }
-        }
-        std::uint64_t at = start + std::uint64_t{base.edge_count()} * static_cast<unsigned>(n / 2) +
-                           f * (interior_points(j) - interior_points(j - 1));
-        for (int i = 1; i < n; ++i) {
-            const std::ptrdiff_t row = layout.row(i * step);
-            const int stride = i % 2 == 1 ? 1 : 2;
-            for (int k = 1; k < n - i; k += stride) visit(at++, static_cast<std::uint32_t>(row + k * step));
-        }
-    }
-}
-
-/// Calls visit(place in the level's edge runs, offset of the detail) for the sides that patch f owns.
-template <typename Visit>
-void PatchTransform::State::visit_side_details(const LevelPlan& plan, std::uint32_t f, Visit visit) const {
-    const BaseMesh& base = topology_.base();
-    const Layout& layout = plan.layout;
-    const int n = layout.n;
-    for (unsigned s = 0; s < 3; ++s) {
-        if (!topology_.owns_side(f, s)) continue;
-        std::size_t at = std::size_t{base.edge_of(f, s)} * static_cast<unsigned>(n);
-        for (int t = 0; t < n; ++t, ++at)
-            visit(at, s == 0   ? kH * layout.plane + layout.at(t, 0)
-                      : s == 1 ? kD * layout.plane + layout.at(n - 1 - t, t)
-                               : kV * layout.plane + layout.at(0, n - 1 - t));
-    }
-}
-
 namespace {
 
-/// Where a face's run of new interior points of the next level starts.
+/// Where a face's run of the points born on level `level` starts: behind that level's edges.
 std::size_t face_run(const BaseMesh& base, unsigned level, std::uint32_t f) {
-    const std::uint64_t run = interior_points(level + 1) - interior_points(level);
-    return static_cast<std::size_t>(vertices_at_level(base, level) + (std::uint64_t{base.edge_count()} << level) +
-                                    f * run);
+    const std::uint64_t run = interior_points(level) - interior_points(level - 1);
+    return static_cast<std::size_t>(vertices_at_level(base, level - 1) +
+                                    (std::uint64_t{base.edge_count()} << (level - 1)) + f * run);
+}
+/// Where a base edge's run of points born on that level starts.
+std::size_t edge_run(const BaseMesh& base, unsigned level, std::uint32_t e) {
+    return static_cast<std::size_t>(vertices_at_level(base, level - 1) + (std::uint64_t{e} << (level - 1)));
+}
+
+void copy_in(const Vec3f& from, float* to, unsigned lanes) {
+    to[0] = from.x;
+    to[lanes] = from.y;
+    to[2 * lanes] = from.z;
+}
+Vec3f copy_out(const float* from, unsigned lanes) {
+    return {from[0], from[lanes], from[2 * lanes]};
+}
+
+/// The lanes' runs of one level within a hierarchical array.
+template <typename Float, typename Vec>
+std::array<Float*, 8> runs_of(const GridTopology& topology, unsigned level, std::uint32_t first_face, unsigned used,
+                              Vec* array) {
+    std::array<Float*, 8> runs{};
+    for (unsigned lane = 0; lane < used; ++lane)
+        runs[lane] = &array[face_run(topology.base(), level, first_face + lane)].x;
+    return runs;
 }
 
 }  // namespace
 
-void PatchTransform::State::load_details(const LevelPlan& plan, std::uint32_t f, const Vec3f* from) {
-    const std::size_t stride = std::size_t{3} * plan.layout.plane;
-    float* d = details_.data() + 3 * stride * f;
-    kernels().load_details(plan.layout, from + face_run(topology_.base(), plan.level, f), d);
-    const Vec3f* sides = from + vertices_at_level(topology_.base(), plan.level);
-    visit_side_details(plan, f, [&](std::size_t at, std::uint32_t to) {
-        for (std::size_t c = 0; c < 3; ++c) d[to + c * stride] = sides[at][c];
+/// Calls visit(hierarchical index, offset in the group) for each vertex of the level that lies on a side or corner
+/// which a patch of group g owns.
+template <typename Visit>
+void PatchTransform::State::visit_sides(const LevelPlan& plan, std::uint32_t g, Visit visit) const {
+    const BaseMesh& base = topology_.base();
+    for (unsigned lane = 0; lane < used(g); ++lane) {
+        const std::uint32_t f = g * lanes_ + lane;
+        for (unsigned s = 0; s < 3; ++s) {
+            const std::vector<std::uint32_t>& points = plan.side_points[s];
+            const std::uint32_t corner = base.faces()[f][s];
+            if (topology_.corner_owner(corner) == std::pair(f, s)) visit(corner, points[0] + lane);
+            if (!topology_.owns_side(f, s)) continue;
+            for (unsigned j = 1; j <= plan.level; ++j) {
+                std::size_t at = edge_run(base, j, base.edge_of(f, s));
+                const std::size_t step = std::size_t{1} << (plan.level - j);
+                for (std::size_t t = step; t < points.size(); t += 2 * step) visit(at++, points[t] + lane);
+            }
+        }
+    }
+}
+
+void PatchTransform::State::load_details(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, float* d) const {
+    d += edges_of(plan, g);
+    const auto runs = runs_of<const float>(topology_, plan.level + 1, g * lanes_, used(g), from);
+    kernels().load_runs(plan.detail_places, runs.data(), used(g), d);
+    each_patch(g, [&](std::uint32_t f) {
+        for (unsigned s = 0; s < 3; ++s) {
+            const std::vector<std::uint32_t>& places = plan.side_edges[s];
+            float* to = d + f % lanes_;
+            if (link(f, s).owned)
+                kernels().load_points(
+                    places, from + edge_run(topology_.base(), plan.level + 1, topology_.base().edge_of(f, s)), to);
+            else
+                kernels().clear_points(places, to);
+        }
     });
 }
 
-void PatchTransform::State::store_details(const LevelPlan& plan, std::uint32_t f, Vec3f* to) const {
-    const std::size_t stride = std::size_t{3} * plan.layout.plane;
-    const float* d = details_.data() + 3 * stride * f;
-    kernels().store_details(plan.layout, d, to + face_run(topology_.base(), plan.level, f));
-    Vec3f* sides = to + vertices_at_level(topology_.base(), plan.level);
-    visit_side_details(plan, f, [&](std::size_t at, std::uint32_t from) {
-        for (std::size_t c = 0; c < 3; ++c) sides[at][c] = d[from + c * stride];
+void PatchTransform::State::store_details(const LevelPlan& plan, std::uint32_t g, const float* d, Vec3f* to) const {
+    d += edges_of(plan, g);
+    const auto runs = runs_of<float>(topology_, plan.level + 1, g * lanes_, used(g), to);
+    kernels().store_runs(plan.detail_places, runs.data(), used(g), d);
+    each_patch(g, [&](std::uint32_t f) {
+        for (unsigned s = 0; s < 3; ++s)
+            if (link(f, s).owned)
+                kernels().store_points(plan.side_edges[s], d + f % lanes_,
+                                       to + edge_run(topology_.base(), plan.level + 1, topology_.base().edge_of(f, s)));
     });
 }
 
-void PatchTransform::State::load_vertices(const LevelPlan& plan, std::uint32_t f, const Vec3f* from) {
-    const std::size_t plane = plan.layout.plane;
-    float* v = vertices(plan.level) + 3 * plane * f;
-    visit_vertices(plan, f, [&](std::uint64_t at, std::uint32_t to) {
-        for (std::size_t c = 0; c < 3; ++c) v[to + c * plane] = from[at][c];
-    });
+void PatchTransform::State::load_vertices(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, float* v) const {
+    v += vertices_of(plan, g);
+    for (unsigned j = 1; j <= plan.level; ++j) {
+        const auto runs = runs_of<const float>(topology_, j, g * lanes_, used(g), from);
+        kernels().load_runs(plan.vertex_places[j - 1], runs.data(), used(g), v);
+    }
+    visit_sides(plan, g, [&](std::size_t at, std::uint32_t to) { copy_in(from[at], v + to, lanes_); });
 }
 
-void PatchTransform::State::store_vertices(const LevelPlan& plan, std::uint32_t f, Vec3f* to) const {
-    const std::size_t plane = plan.layout.plane;
-    const float* v = vertices(plan.level) + 3 * plane * f;
-    visit_vertices(plan, f, [&](std::uint64_t at, std::uint32_t from) {
-        for (std::size_t c = 0; c < 3; ++c) to[at][c] = v[from + c * plane];
-    });
+void PatchTransform::State::store_vertices(const LevelPlan& plan, std::uint32_t g, const float* v, Vec3f* to) const {
+    v += vertices_of(plan, g);
+    for (unsigned j = 1; j <= plan.level; ++j) {
+        const auto runs = runs_of<float>(topology_, j, g * lanes_, used(g), to);
+        kernels().store_runs(plan.vertex_places[j - 1], runs.data(), used(g), v);
+    }
+    visit_sides(plan, g, [&](std::size_t at, std::uint32_t from) { to[at] = copy_out(v + from, lanes_); });
 }
 
 }  // namespace mvw

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
 
 #include "codec/transform/patch/listed_stencils.h"
 
@@ -10,84 +9,43 @@ namespace mvw {
 
 namespace {
 
-struct Slot {
-    EdgePlane plane;
-    int i, k;
-    friend auto operator<=>(const Slot&, const Slot&) = default;
-};
-
-/// The thirty edges that lift the vertex (0, 0): those of kernels.cpp's lift, by plane.
-constexpr Slot kLiftedBy[] = {{kH, 0, 0},  {kH, -1, 0}, {kH, 0, -1}, {kH, -1, 1}, {kH, 1, -1}, {kH, -1, -1},
-                              {kH, 0, 1},  {kH, -2, 1}, {kH, 1, 0},  {kH, -2, 0}, {kV, 0, 0},  {kV, 0, -1},
-                              {kV, 1, -1}, {kV, -1, 0}, {kV, 1, 0},  {kV, 1, -2}, {kV, -1, 1}, {kV, -1, -1},
-                              {kV, 0, 1},  {kV, 0, -2}, {kD, -1, 0}, {kD, 0, -1}, {kD, 0, 0},  {kD, -1, -1},
-                              {kD, -1, 1}, {kD, 1, -1}, {kD, -2, 0}, {kD, 0, -2}, {kD, -2, 1}, {kD, 1, -2}};
-
-bool inside_or_on(const Barycentric& b) {
-    return b[0] >= 0 && b[1] >= 0 && b[2] >= 0;
-}
-bool is_corner(const Barycentric& b, int n) {
-    return inside_or_on(b) && (b[0] == n || b[1] == n || b[2] == n);
-}
-
-/// Ghost edges that the lift of a patch's vertices reads, base vertices excepted: sorted. Those that touch a corner
-/// apart.
-struct GhostEdges {
-    std::vector<Slot> legitimate, at_corners;
-};
-
-GhostEdges ghost_edges(int n) {
-    std::set<Slot> slots, at_corners;
-    const auto visit = [&](int i, int k) {
-        if (is_corner(barycentric(i, k, n), n)) return;
-        for (const Slot& s : kLiftedBy) {
-            const Slot at{s.plane, i + s.i, k + s.k};
-            const auto ends = edge_ends(at.plane, at.i, at.k, n);
-            if (inside_or_on(ends[0]) && inside_or_on(ends[1])) continue;
-            (is_corner(ends[0], n) || is_corner(ends[1], n) ? at_corners : slots).insert(at);
-        }
-    };
-    // Only vertices near a side read ghosts.
-    for (int i = 0; i <= n; ++i)
-        for (int k = 0; i + k <= n; ++k)
-            if (i <= 2 || k <= 2 || n - i - k <= 2) visit(i, k);
-    return {{slots.begin(), slots.end()}, {at_corners.begin(), at_corners.end()}};
-}
-
-/// The side that a ghost edge lies beyond.
-unsigned side_beyond(const std::array<Barycentric, 2>& ends) {
-    for (unsigned s = 0; s < 2; ++s)
-        if (std::min(ends[0][(s + 2) % 3], ends[1][(s + 2) % 3]) < 0) return s;
-    return 2;
-}
-
 class PlanBuilder {
  public:
-    PlanBuilder(const GridTopology& topology, unsigned level) : topology_(topology), n_(1 << level) {
+    PlanBuilder(const GridTopology& topology, unsigned level, const TransformOptions& options)
+        : topology_(topology), n_(1 << level), options_(options) {
         plan_.level = level;
-        plan_.layout = Layout(level);
+        plan_.layout = Layout(level, lanes_for(faces()));
+        if (!is_lazy(options.kind) || predict_rule(options.kind) == PredictRule::Loop)
+            plan_.lift_program = make_lift_program(plan_.layout);
     }
 
-    LevelPlan build(const ListedStencils& stencils, const TransformOptions& options,
-                    std::span<const std::uint8_t> creases) {
+    LevelPlan build(const ListedStencils& stencils, std::span<const std::uint8_t> creases) {
         copy_vertices();
-        list_edges(stencils);  // before copy_edges(): the place of zero lies behind the listed edges
-        copy_edges();
-        list_corners(options, creases);
+        fix_vertices();
+        place_runs();
+        list_edges(stencils);
+        list_targets();
+        list_corners(creases);
+        for (auto* v : {&plan_.fixes, &plan_.collected_fixes}) v->shrink_to_fit();
+        plan_.listed.shrink_to_fit();
+        plan_.terms.shrink_to_fit();
+        plan_.targets.shrink_to_fit();
+        plan_.sources.shrink_to_fit();
+        plan_.corner_triangles.shrink_to_fit();
+        plan_.corner_neighbours.shrink_to_fit();
+        plan_.corner_loop_edges.shrink_to_fit();
         return std::move(plan_);
     }
 
  private:
     [[nodiscard]] std::uint32_t faces() const { return topology_.base().face_count(); }
-    [[nodiscard]] std::uint32_t local(const GridEdge& e) const {
-        return e.plane * plan_.layout.plane + plan_.layout.at(e.i, e.k);
-    }
     [[nodiscard]] std::uint32_t offset(const GridVertex& v) const {
-        return v.face * 3 * plan_.layout.plane + plan_.layout.at(v.i, v.k);
+        return static_cast<std::uint32_t>(plan_.patch_vertices(v.face)) + plan_.layout.at(v.i, v.k);
     }
-    [[nodiscard]] std::uint32_t offset(const GridEdge& e) const { return e.face * 9 * plan_.layout.plane + local(e); }
-    [[nodiscard]] std::uint32_t owned(const GridVertex& v) const { return offset(topology_.owner(v, n_)); }
-    [[nodiscard]] std::uint32_t owned(const GridEdge& e) const { return offset(topology_.owner(e, n_)); }
+    [[nodiscard]] std::uint32_t offset(const GridEdge& e) const {
+        return static_cast<std::uint32_t>(plan_.patch_edges(e.face)) + plan_.layout.edge(e.plane, e.i, e.k);
+    }
+    [[nodiscard]] GridVertex owned(const GridVertex& v) const { return topology_.owner(v, n_); }
 
     /// Grid point at distance `row` inside (or, negative, beyond) side s, t along it.
     [[nodiscard]] Barycentric beside(unsigned s, int t, int row) const {
@@ -99,146 +57,120 @@ class PlanBuilder {
     }
 
     void copy_vertices() {
-        for (unsigned s = 0; s < 3; ++s)
-            for (unsigned t = 0; t < 3; ++t)
-                for (const bool owned_side : {false, true}) {
-                    auto& copies = plan_.vertex_copies[s][t][owned_side ? 1 : 0];
-                    const auto add = [&](const Barycentric& b) {
-                        const Barycentric from = across(b, s, t);
-                        copies.push_back({plan_.layout.at(b[1], b[2]), plan_.layout.at(from[1], from[2])});
-                    };
-                    for (int i = 1; i < n_ && !owned_side; ++i) add(beside(s, i, 0));
-                    for (int i = 2; i < n_; ++i) add(beside(s, i, -1));
-                }
-        for (unsigned s = 0; s < 3; ++s)
-            for (int t = 1; t <= n_; ++t) {
-                const Barycentric ghost = beside(s, t, -1), on = beside(s, t - 1, 0);
-                plan_.folded_vertices[s].push_back(
-                    {plan_.layout.at(ghost[1], ghost[2]), plan_.layout.at(on[1], on[2])});
+        const Layout& layout = plan_.layout;
+        const auto copy = [&](const Barycentric& to, const Barycentric& from) {
+            return Copy{layout.at(to[1], to[2]), layout.at(from[1], from[2])};
+        };
+        for (unsigned s = 0; s < 3; ++s) {
+            for (unsigned t = 0; t < 3; ++t) {
+                for (int i = 1; i < n_; ++i)
+                    plan_.side_vertices[s][t].push_back(copy(beside(s, i, 0), across(beside(s, i, 0), s, t)));
+                for (int i = 2; i < n_; ++i)
+                    plan_.ghosts[s][t].push_back(copy(beside(s, i, -1), across(beside(s, i, -1), s, t)));
             }
-        plan_.first_vertex_fix.push_back(0);
+            for (int t = 0; t <= n_; ++t) plan_.side_points[s].push_back(layout.side_vertex(s, t));
+            for (int t = 0; t < n_; ++t) plan_.side_edges[s].push_back(layout.side_edge(s, t));
+            for (int t = 1; t <= n_; ++t) plan_.folded[s].push_back(copy(beside(s, t, -1), beside(s, t - 1, 0)));
+        }
+    }
+
+    /// Corners, and ghosts at both ends of each side.
+    void fix_vertices() {
+        std::vector<std::vector<Copy>> collected(faces());
+        plan_.first_fix.push_back(0);
         for (std::uint32_t f = 0; f < faces(); ++f) {
-            for (unsigned c = 0; c < 3; ++c) fix_vertex(f, topology_.corner(f, c, n_));
+            const auto fix = [&](const GridVertex& v) {
+                const GridVertex from = owned(v);
+                const Copy c{offset(v), offset(from)};
+                if (c.to == c.from) return;
+                plan_.fixes.push_back(c);
+                collected[from.face].push_back(c);
+            };
+            for (unsigned c = 0; c < 3; ++c) fix(topology_.corner(f, c, n_));
             for (unsigned s = 0; s < 3; ++s) {
                 if (topology_.neighbour(f, s) == kNone) continue;
                 for (const int t : {1, n_}) {
                     const Barycentric b = beside(s, t, -1);
-                    fix_vertex(f, {f, b[1], b[2]});
+                    fix({f, b[1], b[2]});
                     if (n_ == 1) break;
                 }
             }
-            plan_.first_vertex_fix.push_back(static_cast<std::uint32_t>(plan_.vertex_fixes.size()));
+            plan_.first_fix.push_back(static_cast<std::uint32_t>(plan_.fixes.size()));
         }
-    }
-    void fix_vertex(std::uint32_t f, const GridVertex& v) {
-        const std::uint32_t to = f * 3 * plan_.layout.plane + plan_.layout.at(v.i, v.k), from = owned(v);
-        if (to != from) plan_.vertex_fixes.push_back({to, from});
+        plan_.first_collected_fix.push_back(0);
+        for (const auto& of_patch : collected) {
+            append(plan_.collected_fixes, of_patch);
+            plan_.first_collected_fix.push_back(static_cast<std::uint32_t>(plan_.collected_fixes.size()));
+        }
     }
 
-    void copy_edges() {
-        const GhostEdges ghosts = ghost_edges(n_);
-        for (const Slot& slot : ghosts.at_corners)
-            plan_.zero_at_corners.push_back(local({0, slot.plane, slot.i, slot.k}));
-        std::array<std::vector<Slot>, 3> fixed;
-        for (unsigned s = 0; s < 3; ++s)
-            for (unsigned t = 0; t < 3; ++t) {
-                const auto add = [&](const Slot& slot, bool own, bool foreign) {
-                    auto ends = edge_ends(slot.plane, slot.i, slot.k, n_);
-                    for (Barycentric& b : ends) b = across(b, s, t);
-                    const Copy copy{local({0, slot.plane, slot.i, slot.k}), local(edge_between(0, ends[0], ends[1]))};
-                    if (own) plan_.edge_copies[s][t][1].push_back(copy);
-                    if (foreign) plan_.edge_copies[s][t][0].push_back(copy);
-                };
-                for (int i = 0; i < n_; ++i) {
-                    const GridEdge e = edge_between(0, beside(s, i, 0), beside(s, i + 1, 0));
-                    add({e.plane, e.i, e.k}, false, true);
-                }
-                for (const Slot& slot : ghosts.legitimate) {
-                    auto ends = edge_ends(slot.plane, slot.i, slot.k, n_);
-                    if (side_beyond(ends) != s) continue;
-                    const int z0 = ends[0][(s + 2) % 3], z1 = ends[1][(s + 2) % 3];
-                    if (t == 0) plan_.zero_beyond[s].push_back(local({0, slot.plane, slot.i, slot.k}));
-                    for (Barycentric& b : ends) b = across(b, s, t);
-                    // The vertices of a side that is not owned are copies: only the first row of ghosts serves others.
-                    if (between_sides(ends))
-                        add(slot, true, std::max(z0, z1) == 0);
-                    else if (t == 0)
-                        fixed[s].push_back(slot);
-                }
-            }
-        plan_.first_edge_fix.push_back(0);
-        for (std::uint32_t f = 0; f < faces(); ++f) {
-            for (unsigned s = 0; s < 3; ++s) {
-                if (topology_.neighbour(f, s) == kNone) continue;
-                for (const Slot& slot : fixed[s]) {
-                    const GridEdge to{f, slot.plane, slot.i, slot.k}, from = topology_.owner(to, n_);
-                    plan_.edge_fixes.push_back(
-                        {offset(to), from.face == kNone ? plan_.zero_slot(faces()) : offset(from)});
-                }
-            }
-            plan_.first_edge_fix.push_back(static_cast<std::uint32_t>(plan_.edge_fixes.size()));
+    /// Runs go row by row over the finer grid (semi_regular.h).
+    void place_runs() {
+        const auto add = [&](std::vector<std::uint32_t>& places, std::uint32_t at) {
+            for (unsigned c = 0; c < 3; ++c) places.push_back(at + c * plan_.layout.lanes);
+        };
+        const auto visit_run = [](int n, const auto& visit) {
+            for (int i = 1; i < n; ++i)
+                for (int k = 1; k < n - i; k += i % 2 == 1 ? 1 : 2) visit(i, k);
+        };
+        visit_run(2 * n_, [&](int i, int k) {
+            const EdgePlane plane = i % 2 == 0 ? kV : k % 2 == 0 ? kH : kD;
+            add(plan_.detail_places, plan_.layout.edge(plane, i / 2, k / 2));
+        });
+        plan_.vertex_places.resize(plan_.level);
+        for (unsigned j = 1; j <= plan_.level; ++j) {
+            const int step = n_ >> j;
+            visit_run(1 << j,
+                      [&](int i, int k) { add(plan_.vertex_places[j - 1], plan_.layout.at(i * step, k * step)); });
         }
-    }
-    /// Within the triangle and along none of its sides.
-    static bool between_sides(const std::array<Barycentric, 2>& ends) {
-        if (!inside_or_on(ends[0]) || !inside_or_on(ends[1])) return false;
-        for (unsigned c = 0; c < 3; ++c)
-            if (ends[0][c] == 0 && ends[1][c] == 0) return false;
-        return true;
     }
 
     void list_edges(const ListedStencils& stencils) {
-        std::vector<const ListedStencil*> order;
-        for (const ListedStencil& s : stencils.edges) order.push_back(&s);
+        for (const ListedStencil& s : stencils.edges) order_.push_back(&s);
         const auto face_of = [&](const ListedStencil* s) { return topology_.owner(s->edge, n_).face; };
-        std::stable_sort(order.begin(), order.end(),
+        std::stable_sort(order_.begin(), order_.end(),
                          [&](const auto* a, const auto* b) { return face_of(a) < face_of(b); });
         plan_.first_listed.assign(faces() + 1, 0);
-        for (const ListedStencil* s : order) {
+        for (const ListedStencil* s : order_) {
             ++plan_.first_listed[face_of(s) + 1];
             for (const auto& t : s->terms)
-                plan_.terms.push_back({owned(t.vertex), static_cast<float>(t.position), static_cast<float>(t.shape)});
-            plan_.listed.push_back({owned(s->edge),
-                                    {owned(s->ends[0]), owned(s->ends[1])},
+                plan_.terms.push_back(
+                    {offset(owned(t.vertex)), static_cast<float>(t.position), static_cast<float>(t.shape)});
+            plan_.listed.push_back({offset(topology_.owner(s->edge, n_)),
+                                    {offset(owned(s->ends[0])), offset(owned(s->ends[1]))},
                                     static_cast<std::uint32_t>(plan_.terms.size()),
                                     !s->sharp});
         }
         for (std::uint32_t f = 0; f < faces(); ++f) plan_.first_listed[f + 1] += plan_.first_listed[f];
-        list_targets(stencils, order);
     }
 
-    void list_targets(const ListedStencils& stencils, const std::vector<const ListedStencil*>& order) {
+    void list_targets() {
         struct Entry {
-            std::uint32_t vertex, detail;
+            std::uint32_t face, vertex, listed;
             float weight;
         };
         std::vector<Entry> entries;
-        for (std::uint32_t i = 0; i < order.size(); ++i)
-            for (const auto& lift : order[i]->lifts)
-                entries.push_back({owned(lift.vertex), plan_.listed_slot(i, faces()), static_cast<float>(lift.weight)});
-        std::vector<std::uint32_t> corner_offsets;
-        for (std::uint32_t v = 0; v < topology_.base().vertex_count(); ++v) {
-            const auto [face, at] = topology_.corner_owner(v);
-            corner_offsets.push_back(face == kNone ? kNone : offset(topology_.corner(face, at, n_)));
-        }
-        for (const CornerLift& c : stencils.corner_lifts)
-            entries.push_back({corner_offsets[c.base_vertex], owned(c.edge), static_cast<float>(c.weight)});
-        std::stable_sort(entries.begin(), entries.end(),
-                         [](const Entry& a, const Entry& b) { return a.vertex < b.vertex; });
-        // Offsets rise with the owning patch, so that this order is also that of the patches.
+        for (std::uint32_t i = 0; i < order_.size(); ++i)
+            for (const auto& lift : order_[i]->lifts) {
+                const GridVertex v = owned(lift.vertex);
+                entries.push_back({v.face, offset(v), i, static_cast<float>(lift.weight)});
+            }
+        std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+            return std::pair(a.face, a.vertex) < std::pair(b.face, b.vertex);
+        });
         plan_.first_target.assign(faces() + 1, 0);
         for (const Entry& e : entries) {
             if (plan_.targets.empty() || plan_.targets.back().vertex != e.vertex) {
                 plan_.targets.push_back({e.vertex, 0});
-                ++plan_.first_target[e.vertex / (3 * plan_.layout.plane) + 1];
+                ++plan_.first_target[e.face + 1];
             }
-            plan_.sources.push_back({e.detail, e.weight});
+            plan_.sources.push_back({e.listed, e.weight});
             plan_.targets.back().last_source = static_cast<std::uint32_t>(plan_.sources.size());
         }
         for (std::uint32_t f = 0; f < faces(); ++f) plan_.first_target[f + 1] += plan_.first_target[f];
     }
 
-    void list_corners(const TransformOptions& options, std::span<const std::uint8_t> creases) {
+    void list_corners(std::span<const std::uint8_t> creases) {
         const BaseMesh& base = topology_.base();
         struct Ring {
             std::vector<std::array<std::uint32_t, 2>> triangles;
@@ -249,7 +181,7 @@ class PlanBuilder {
             for (unsigned c = 0; c < 3; ++c) {
                 const Barycentric a = beside(c, 1, 0), b = beside((c + 2) % 3, n_ - 1, 0);
                 rings[base.faces()[f][c]].triangles.push_back(
-                    {owned(GridVertex{f, a[1], a[2]}), owned(GridVertex{f, b[1], b[2]})});
+                    {offset(owned({f, a[1], a[2]})), offset(owned({f, b[1], b[2]}))});
             }
         for (std::uint32_t e = 0; e < base.edge_count(); ++e) {
             const BaseEdge& edge = base.edges()[e];
@@ -257,7 +189,7 @@ class PlanBuilder {
             for (unsigned end = 0; end < 2; ++end) {
                 const Barycentric corner = beside(edge.side[0], end == 0 ? 0 : n_, 0);
                 const Barycentric next = beside(edge.side[0], end == 0 ? 1 : n_ - 1, 0);
-                const std::uint32_t neighbour = owned(GridVertex{edge.face[0], next[1], next[2]});
+                const std::uint32_t neighbour = offset(owned({edge.face[0], next[1], next[2]}));
                 const std::uint32_t slot = offset(edge_between(edge.face[0], corner, next));
                 Ring& ring = rings[edge.v[end]];
                 ring.neighbours.push_back(neighbour);
@@ -274,19 +206,25 @@ class PlanBuilder {
             const bool sharp = !ring.sharp_slots.empty(), curve = ring.sharp_slots.size() == 2;
             const auto& neighbours = sharp ? ring.sharp_neighbours : ring.neighbours;
             const auto& slots = sharp ? ring.sharp_slots : ring.slots;
+            const PredictRule rule = predict_rule(options_.kind);
+            const bool seeded = rule == PredictRule::Seeded || rule == PredictRule::SeededNormal;
             if (!sharp || curve) {
-                append(plan_.corner_neighbours, neighbours);
-                append(plan_.corner_loop_edges, slots);
+                if (seeded || options_.kind == TransformKind::Vector) append(plan_.corner_neighbours, neighbours);
+                if (rule == PredictRule::Loop) append(plan_.corner_loop_edges, slots);
             }
-            append(plan_.corner_triangles, ring.triangles);
+            if (options_.local_frames || rule == PredictRule::SeededNormal)
+                append(plan_.corner_triangles, ring.triangles);
             corner.last_triangle = static_cast<std::uint32_t>(plan_.corner_triangles.size());
             corner.last_neighbour = static_cast<std::uint32_t>(plan_.corner_neighbours.size());
             corner.last_loop_edge = static_cast<std::uint32_t>(plan_.corner_loop_edges.size());
-            if (predict_rule(options.kind) == PredictRule::Loop && !ring.slots.empty()) {
-                const LoopEven rule = loop_even(ring.slots.size(), sharp, curve);
-                corner.loop_a = static_cast<float>(rule.a);
-                corner.loop_b = static_cast<float>(rule.b);
+            if (rule == PredictRule::Loop && !ring.slots.empty()) {
+                const LoopEven even = loop_even(ring.slots.size(), sharp, curve);
+                corner.loop_a = static_cast<float>(even.a);
+                corner.loop_b = static_cast<float>(even.b);
             }
+            if (!sharp)
+                corner.vector_even =
+                    ring.slots.size() == 6 ? 1.0f : static_cast<float>(kVectorEvenIrregular / kVectorEven);
             plan_.corners.push_back(corner);
         }
     }
@@ -297,10 +235,31 @@ class PlanBuilder {
 
     const GridTopology& topology_;
     int n_;
+    const TransformOptions& options_;
     LevelPlan plan_;
+    std::vector<const ListedStencil*> order_;
 };
 
+template <typename T>
+std::size_t bytes_of(const std::vector<T>& v) {
+    return v.capacity() * sizeof(T);
+}
+
 }  // namespace
+
+std::size_t LevelPlan::memory_bytes() const {
+    std::size_t bytes = bytes_of(lift_program.points) + bytes_of(lift_program.edges) + bytes_of(fixes) +
+                        bytes_of(collected_fixes) + bytes_of(first_fix) + bytes_of(first_collected_fix) +
+                        bytes_of(detail_places) + bytes_of(listed) + bytes_of(first_listed) + bytes_of(terms) +
+                        bytes_of(targets) + bytes_of(first_target) + bytes_of(sources) + bytes_of(corners) +
+                        bytes_of(corner_triangles) + bytes_of(corner_neighbours) + bytes_of(corner_loop_edges);
+    for (std::size_t s = 0; s < 3; ++s) {
+        bytes += bytes_of(folded[s]) + bytes_of(side_points[s]) + bytes_of(side_edges[s]);
+        for (std::size_t t = 0; t < 3; ++t) bytes += bytes_of(side_vertices[s][t]) + bytes_of(ghosts[s][t]);
+    }
+    for (const auto& places : vertex_places) bytes += bytes_of(places);
+    return bytes;
+}
 
 std::vector<LevelPlan> make_plans(const GridTopology& topology, unsigned levels, const TransformOptions& options,
                                   std::span<const std::uint8_t> creases) {
@@ -309,9 +268,9 @@ std::vector<LevelPlan> make_plans(const GridTopology& topology, unsigned levels,
     if (levels > kFanLevel) carried.emplace(topology, options, creases);
     for (unsigned j = 0; j < levels; ++j)
         plans.push_back(
-            PlanBuilder(topology, j)
+            PlanBuilder(topology, j, options)
                 .build(j < kFanLevel ? explicit_stencils(topology.base(), j, options, creases) : carried->at_level(j),
-                       options, creases));
+                       creases));
     return plans;
 }
 

@@ -48,7 +48,7 @@ void expect_agreement(const test::NamedBase& b, unsigned levels, const Transform
     EXPECT_LT(test::largest_difference(wanted, widened(found)), 1e-5 * scale);
     const std::vector<Vec3f> given = rounded(wanted);
     reference.synthesize(widened(given), levels, back);
-    patch.synthesize(given, levels, rebuilt);
+    PatchTransform(b.base, levels, options, b.creases).synthesize(given, levels, rebuilt);
     EXPECT_LT(test::largest_difference(back, widened(rebuilt)), 1e-5 * scale);
 }
 
@@ -62,26 +62,114 @@ TEST_P(PatchTransformOf, AgreesWithTheReference) {
         expect_agreement(b, 4, {.kind = kind, .local_frames = false});
         // Stencils of levels this fine are carried over from coarser ones.
         const bool deep = b.name == "fan 5" || b.name == "creased square" || b.name == "sheet with hole";
-        if (deep) expect_agreement(b, 6, {.kind = kind, .local_frames = frames});
+        if (deep) expect_agreement(b, 5, {.kind = kind, .local_frames = frames});
     }
 }
 
 TEST(PatchTransform, ResultDoesNotDependOnThreads) {
-    for (const TransformKind kind : {TransformKind::SeededNormal, TransformKind::Loop}) {
-        const test::NamedBase b{"", test::grid(5, 5, true, {6, 13}), {}};
-        const std::vector<Vec3f> positions = rounded(wavy_surface(b, 4));
-        std::vector<Vec3f> one(positions.size()), three(positions.size());
-        PatchTransform(b.base, 4, {.kind = kind}, {}, 1).analyze(positions, one);
-        PatchTransform(b.base, 4, {.kind = kind}, {}, 3).analyze(positions, three);
-        EXPECT_EQ(one, three);
-        std::vector<Vec3f> back_one(positions.size()), back_three(positions.size());
-        PatchTransform(b.base, 4, {.kind = kind}, {}, 1).synthesize(one, 4, back_one);
-        PatchTransform(b.base, 4, {.kind = kind}, {}, 3).synthesize(one, 4, back_three);
-        EXPECT_EQ(back_one, back_three);
+    const test::NamedBase b{"", test::grid(9, 8, true, {6, 13, 40}), {}};
+    const std::vector<Vec3f> positions = rounded(wavy_surface(b, 4));
+    for (unsigned k = 0; k < kTransformCount; ++k) {
+        const TransformOptions options{.kind = static_cast<TransformKind>(k)};
+        std::vector<Vec3f> one(positions.size()), back_one(positions.size());
+        PatchTransform(b.base, 4, options).analyze(positions, one);
+        PatchTransform(b.base, 4, options).synthesize(one, 4, back_one);
+        for (const unsigned threads : {2u, 3u, 5u}) {
+            std::vector<Vec3f> many(positions.size()), back_many(positions.size());
+            PatchTransform(b.base, 4, options, {}, threads).analyze(positions, many);
+            PatchTransform(b.base, 4, options, {}, threads).synthesize(one, 4, back_many);
+            EXPECT_EQ(one, many) << k;
+            EXPECT_EQ(back_one, back_many) << k;
+        }
         double worst = 0;
         for (std::size_t v = 0; v < positions.size(); ++v)
             worst = std::max(worst, double(length(positions[v] - back_one[v])));
-        EXPECT_LT(worst, 1e-5);
+        // Analysis by Loop amplifies rounding.
+        const double scale = predict_rule(options.kind) == PredictRule::Loop ? 1e-3 : 1e-5;
+        EXPECT_LT(worst, scale * std::max(1.0, largest(widened(one)))) << k;
+    }
+}
+
+TEST(PatchTransform, SecondComponentOfTheVectorTransformAgreesWithTheReference) {
+    for (const test::NamedBase& b : test::all_bases()) {
+        SCOPED_TRACE(b.name);
+        const TransformOptions options{.kind = TransformKind::Vector, .local_frames = false};
+        const std::vector<Vec3> positions = widened(rounded(wavy_surface(b, 4)));
+        const std::size_t V = positions.size();
+        std::vector<Vec3> wanted(V), wanted_second(V), back(V), back_second;
+        const ReferenceTransform reference(b.base, 4, options, b.creases);
+        reference.analyze(positions, wanted, wanted_second);
+        std::vector<Vec3f> found(V), second(V), rebuilt(V), rebuilt_second(V);
+        PatchTransform patch(b.base, 4, options, b.creases, 2);
+        patch.analyze(rounded(positions), found, second);
+        EXPECT_LT(test::largest_difference(wanted, widened(found)), 1e-5 * largest(wanted));
+        EXPECT_LT(test::largest_difference(wanted_second, widened(second)), 1e-5 * largest(wanted));
+        patch.synthesize(found, 4, rebuilt, second, rebuilt_second);
+        EXPECT_LT(test::largest_difference(positions, widened(rebuilt)), 1e-5 * largest(wanted));
+        EXPECT_LT(largest(widened(rebuilt_second)), 1e-5 * largest(wanted));
+        // Where it comes from elsewhere, as a surface generator's does.
+        for (Vec3f& x : second) x *= 2.0f;
+        back_second = widened(second);
+        reference.synthesize(widened(found), 4, back, back_second);
+        patch.synthesize(found, 4, rebuilt, second, rebuilt_second);
+        EXPECT_LT(test::largest_difference(back_second, widened(rebuilt_second)), 1e-5 * largest(wanted));
+    }
+}
+
+/// Changes details of level >= first_level of these faces, sides included.
+void change_details(const BaseMesh& base, const std::vector<std::uint32_t>& faces, unsigned first_level,
+                    unsigned levels, std::vector<Vec3f>& coefficients) {
+    std::vector<std::uint32_t> patch;
+    for (const std::uint32_t f : faces)
+        for (unsigned j = first_level; j <= levels; ++j) {
+            patch_vertices(base, f, j, patch);
+            std::size_t at = 0;
+            const int n = 1 << j;
+            for (int i = 0; i <= n; ++i)
+                for (int k = 0; i + k <= n; ++k, ++at) {
+                    const bool foreign = (k == 0 && !base.runs_along(f, 0)) || (i + k == n && !base.runs_along(f, 1)) ||
+                                         (i == 0 && !base.runs_along(f, 2));
+                    if (patch[at] >= vertices_at_level(base, j - 1) && !foreign)
+                        coefficients[patch[at]] += Vec3f{0.01f, -0.02f, 0.005f};
+                }
+        }
+}
+
+TEST(PatchTransform, UpdateOfATileGivesTheBitsOfAWholeSynthesis) {
+    const test::NamedBase b{"", test::grid(14, 12, true, {6, 13, 70}), {}};
+    for (unsigned k = 0; k < kTransformCount; ++k)
+        for (const bool frames : {true, false}) {
+            const TransformOptions options{.kind = static_cast<TransformKind>(k), .local_frames = frames};
+            SCOPED_TRACE(std::string(transform_name(options.kind)) + (frames ? " frames" : ""));
+            const std::vector<Vec3f> positions = rounded(wavy_surface(b, 4));
+            const std::size_t V = positions.size();
+            std::vector<Vec3f> coefficients(V), kept(V), wanted(V);
+            PatchTransform transform(b.base, 4, options, {}, 2, true);
+            transform.analyze(positions, coefficients);
+            transform.synthesize(coefficients, 4, kept);
+            const std::vector<std::vector<std::uint32_t>> tiles{{5, 6, 7}, {100, 101}, {200}, {}};
+            for (unsigned round = 0; round < tiles.size(); ++round) {
+                const unsigned first_level = 1 + (round + 2) % 4;
+                change_details(b.base, tiles[round], first_level, 4, coefficients);
+                transform.update(coefficients, tiles[round], first_level, 4, kept);
+                PatchTransform(b.base, 4, options).synthesize(coefficients, 4, wanted);
+                EXPECT_EQ(kept, wanted) << "round " << round;
+            }
+        }
+}
+
+TEST(PatchTransform, UpdateFallsBackWhereThereIsNothingToBuildOn) {
+    const test::NamedBase b{"", test::bipyramid(5), {}};
+    std::vector<Vec3f> coefficients = rounded(wavy_surface(b, 4));
+    for (const bool updates : {true, false}) {
+        PatchTransform transform(b.base, 4, {}, {}, 1, updates);
+        for (const unsigned level : {3u, 4u, 4u, 2u, 0u}) {
+            std::vector<Vec3f> found(vertices_at_level(b.base, level)), wanted(found.size());
+            coefficients[0].x += 0.1f;  // a base vertex: first_level 0
+            transform.update(coefficients, {}, 0, level, found);
+            PatchTransform(b.base, 4, {}).synthesize(coefficients, level, wanted);
+            EXPECT_EQ(found, wanted) << level;
+        }
     }
 }
 
@@ -95,6 +183,17 @@ TEST(PatchTransform, StopsAtAnyLevel) {
         transform.synthesize(coefficients, level, short_one);
         PatchTransform(b.base, level, {}).synthesize(std::span(coefficients).first(V), level, same);
         EXPECT_EQ(short_one, same) << level;
+    }
+}
+
+TEST(PatchTransform, TakesAtMostThreeTimesThePositionsFromFiveLevelsUp) {
+    const BaseMesh base = test::grid(10, 10, true);
+    for (unsigned k = 0; k < kTransformCount; ++k) {
+        const auto kind = static_cast<TransformKind>(k);
+        const double positions = 12.0 * double(vertices_at_level(base, 5));
+        // The vector transform's second component is as much again.
+        const double limit = kind == TransformKind::Vector ? 5 : 3;
+        EXPECT_LT(double(PatchTransform(base, 5, {.kind = kind}).memory_bytes()), limit * positions) << k;
     }
 }
 

@@ -1,0 +1,112 @@
+// Kernels between hierarchical arrays, where each patch has runs of its own, and groups, where patches lie in lanes:
+// blocks of floats transposed in registers.
+#if defined(MVW_RUN_KERNELS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MVW_RUN_KERNELS_INL_H
+#undef MVW_RUN_KERNELS_INL_H
+#else
+#define MVW_RUN_KERNELS_INL_H
+#endif
+
+#include "codec/transform/patch/kernels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mvw::HWY_NAMESPACE {
+
+/// rows[a][b] <-> rows[b][a], for vectors of 8, 4 or 1 lanes.
+template <int W>
+HWY_INLINE void transpose([[maybe_unused]] Pack<W> (&rows)[kLanes<W>]) {
+#if HWY_TARGET != HWY_SCALAR
+    constexpr int N = kLanes<W>;
+    if constexpr (N > 1) {
+        const Floats<W> tag;
+        const hn::Repartition<double, Floats<W>> wide;
+        Pack<W> pairs[N];
+        for (int r = 0; r < N; r += 2) {
+            pairs[r] = hn::InterleaveLower(tag, rows[r], rows[r + 1]);
+            pairs[r + 1] = hn::InterleaveUpper(tag, rows[r], rows[r + 1]);
+        }
+        Pack<W> fours[N];
+        for (int r = 0; r < N; r += 4)
+            for (int half = 0; half < 2; ++half) {
+                const auto a = hn::BitCast(wide, pairs[r + half]), b = hn::BitCast(wide, pairs[r + 2 + half]);
+                fours[r + 2 * half] = hn::BitCast(tag, hn::InterleaveLower(wide, a, b));
+                fours[r + 2 * half + 1] = hn::BitCast(tag, hn::InterleaveUpper(wide, a, b));
+            }
+        if constexpr (N == 4) {
+            for (int r = 0; r < 4; ++r) rows[r] = fours[r];
+        } else {
+            for (int r = 0; r < 4; ++r) {
+                rows[r] = hn::ConcatLowerLower(tag, fours[r + 4], fours[r]);
+                rows[r + 4] = hn::ConcatUpperUpper(tag, fours[r + 4], fours[r]);
+            }
+        }
+    }
+#endif
+}
+
+template <int W>
+void load_runs(const std::vector<std::uint32_t>& places, const float* const* runs, unsigned used, float* to) {
+    constexpr std::size_t N = kLanes<W>;
+    std::size_t at = 0;
+    if (used == W)
+        for (; at + N <= places.size(); at += N)
+            for (std::size_t part = 0; part < W; part += N) {
+                Pack<W> rows[N];
+                for (std::size_t r = 0; r < N; ++r) rows[r] = load<W>(runs[part + r] + at);
+                transpose<W>(rows);
+                for (std::size_t r = 0; r < N; ++r) store<W>(rows[r], to + places[at + r] + part);
+            }
+    for (; at < places.size(); ++at)
+        for (unsigned lane = 0; lane < used; ++lane) to[places[at] + lane] = runs[lane][at];
+}
+
+template <int W>
+void store_runs(const std::vector<std::uint32_t>& places, float* const* runs, unsigned used, const float* from) {
+    constexpr std::size_t N = kLanes<W>;
+    std::size_t at = 0;
+    if (used == W)
+        for (; at + N <= places.size(); at += N)
+            for (std::size_t part = 0; part < W; part += N) {
+                Pack<W> rows[N];
+                for (std::size_t r = 0; r < N; ++r) rows[r] = load<W>(from + places[at + r] + part);
+                transpose<W>(rows);
+                for (std::size_t r = 0; r < N; ++r) store<W>(rows[r], runs[part + r] + at);
+            }
+    for (; at < places.size(); ++at)
+        for (unsigned lane = 0; lane < used; ++lane) runs[lane][at] = from[places[at] + lane];
+}
+
+template <int W>
+void copy(std::span<const Copy> copies, const float* from, float* to) {
+    for (const Copy& c : copies) {
+        const float x = from[c.from], y = from[c.from + W], z = from[c.from + 2 * W];
+        to[c.to] = x, to[c.to + W] = y, to[c.to + 2 * W] = z;
+    }
+}
+template <int W>
+void add_back(std::span<const Copy> copies, const float* from, float* to) {
+    for (const Copy& c : copies) {
+        const float x = from[c.to], y = from[c.to + W], z = from[c.to + 2 * W];
+        to[c.from] += x, to[c.from + W] += y, to[c.from + 2 * W] += z;
+    }
+}
+template <int W>
+void load_points(std::span<const std::uint32_t> places, const Vec3f* from, float* to) {
+    for (const std::uint32_t place : places) {
+        const Vec3f p = *from++;
+        to[place] = p.x, to[place + W] = p.y, to[place + 2 * W] = p.z;
+    }
+}
+template <int W>
+void store_points(std::span<const std::uint32_t> places, const float* from, Vec3f* to) {
+    for (const std::uint32_t place : places) *to++ = {from[place], from[place + W], from[place + 2 * W]};
+}
+template <int W>
+void clear_points(std::span<const std::uint32_t> places, float* to) {
+    for (const std::uint32_t place : places) to[place] = to[place + W] = to[place + 2 * W] = 0;
+}
+
+}  // namespace mvw::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
