@@ -24,6 +24,7 @@ void add_compare(CLI::App& app);
 void add_fetch(CLI::App& app);
 void add_serve(CLI::App& app);
 void add_token(CLI::App& app);
+void add_subdivide(CLI::App& app);
 void add_view(CLI::App& app);
 
 }  // namespace mvw::cli

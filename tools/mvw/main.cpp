@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     add_serve(app);
     add_token(app);
     add_view(app);
+    add_subdivide(app);
     add_bench(app);
     try {
         app.parse(argc, argv);
