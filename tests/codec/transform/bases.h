@@ -71,7 +71,36 @@ inline BaseMesh grid(std::uint32_t w, std::uint32_t h, bool torus, const std::ve
     return make_base(torus ? w * h : row * (h + 1), std::move(faces));
 }
 
-/// All of them: closed, open, genus 1, valences 3 to 12, creases that pass, end and meet.
+/// `count` tori in a row, each joined with the next where both lose a triangle: closed, of genus `count`.
+inline BaseMesh chain_of_tori(std::uint32_t count) {
+    const BaseMesh torus = grid(4, 5, true);
+    const std::uint32_t V = torus.vertex_count(), F = torus.face_count();
+    std::vector<std::uint32_t> names(std::size_t{count} * V);
+    for (std::uint32_t v = 0; v < names.size(); ++v) names[v] = v;
+    std::vector<Face> faces;
+    for (std::uint32_t t = 0; t < count; ++t) {
+        const Face& first = torus.faces()[0];
+        const Face& last = torus.faces()[F - 11];
+        // This torus' first triangle lies on the last one of the torus before, turned over.
+        for (unsigned c = 0; c < 3 && t > 0; ++c) names[t * V + first[c]] = names[(t - 1) * V + last[(3 - c) % 3]];
+        for (std::uint32_t f = 0; f < F; ++f) {
+            if ((f == 0 && t > 0) || (f == F - 11 && t + 1 < count)) continue;
+            const Face& face = torus.faces()[f];
+            faces.push_back({names[t * V + face[0]], names[t * V + face[1]], names[t * V + face[2]]});
+        }
+    }
+    // Without gaps in the numbers.
+    std::vector<std::uint32_t> dense(names.size(), kNone);
+    std::uint32_t used = 0;
+    for (Face& f : faces)
+        for (std::uint32_t& v : f) {
+            if (dense[v] == kNone) dense[v] = used++;
+            v = dense[v];
+        }
+    return make_base(used, std::move(faces));
+}
+
+/// All of them: closed, open, genus 1 to 3, valences 3 to 12, creases that pass, end and meet.
 inline std::vector<NamedBase> all_bases() {
     std::vector<NamedBase> bases;
     const auto add = [&](std::string name, BaseMesh base, std::vector<std::uint32_t> creases = {}) {
@@ -88,6 +117,8 @@ inline std::vector<NamedBase> all_bases() {
     for (const std::uint32_t n : {3u, 4u, 5u, 6u, 7u, 9u, 12u}) add("fan " + std::to_string(n), fan(n));
     for (const std::uint32_t n : {3u, 5u, 8u, 12u}) add("bipyramid " + std::to_string(n), bipyramid(n));
     add("torus 4x5", grid(4, 5, true));
+    add("genus 2", chain_of_tori(2));
+    add("genus 3", chain_of_tori(3));
     add("torus 5x5 with holes", grid(5, 5, true, {6, 13}));
     add("sheet 3x4", grid(3, 4, false));
     add("sheet with hole", grid(4, 4, false, {5, 6}));
