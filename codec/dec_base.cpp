@@ -94,6 +94,13 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
         p.transform.loop_template = bits & 2 ? 4 : 10;
         p.transform.local_frames = (bits & 4) == 0;
     }
+    p.fast = (flags & kBaseFast) != 0;
+    if (flags & kBaseColors) {
+        p.color_components = in.u8();
+        if (in.ok() && p.color_components != 3 && p.color_components != 4)
+            return malformed("the colours' components are out of range");
+        for (unsigned level = 0; level <= info.levels; ++level) p.color_steps.push_back(in.u8());
+    }
     if (!in.ok()) return malformed("the base is cut");
     return p;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "codec/color.h"
 #include "codec/tiles.h"
 
 namespace mvw {
@@ -19,9 +20,11 @@ Error malformed(const char* what) {
     return {Errc::Malformed, 0, what};
 }
 
-unsigned finest_within(const PartInfo& info, const Limits& limits) {
-    const std::uint64_t most =
-        std::min({limits.max_vertices, limits.max_memory_bytes / kBytesPerVertex, std::uint64_t{kNone}});
+std::uint64_t most_vertices(const Limits& limits) {
+    return std::min({limits.max_vertices, limits.max_memory_bytes / kBytesPerVertex, std::uint64_t{kNone}});
+}
+
+unsigned finest_within(const PartInfo& info, std::uint64_t most) {
     unsigned level = info.levels;
     while (level > 0 && vertices_at_level(info.base_vertices, info.base_edges, info.base_faces, level) > most) --level;
     return level;
@@ -33,22 +36,26 @@ PartDecoder::PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint
     : info_(info),
       transform_kind_(transform),
       layers_(layers),
-      finest_(finest_within(info, limits)),
+      most_vertices_(most_vertices(limits)),
+      finest_(finest_within(info, most_vertices_)),
       blocks_left_(limits.max_memory_bytes / kBytesPerBlock) {}
 
 Result<void> PartDecoder::take(const ChunkId& id, ByteSpan payload, bool whole) {
     if (id.channel == Channel::Base) return whole && !base_ ? take_base(payload) : Result<void>{};
-    if (id.channel != Channel::Geometry || info_.levels == 0 || id.level > finest_) return {};
-    const ChunkId here{0, id.tile, id.level, id.layer, id.channel};
-    const Result<Taken> taken = take_geometry(here, payload, whole);
+    const bool known = (id.channel == Channel::Geometry && info_.levels > 0) || id.channel == Channel::Color;
+    if (!known || id.level > finest_) return {};
+    const ChunkId here{static_cast<std::uint16_t>(id.channel), id.tile, id.level, id.layer, id.channel};
+    const Result<Taken> taken = take_planes(here, payload, whole);
     if (!taken.ok()) return taken.error();
     if (*taken != Taken::Used) return {};
-    retry_waiting(id.tile, id.level);
-    if (id.level < finest_) retry_waiting(id.tile, id.level + 1u);
+    retry_waiting(id.channel, id.tile, id.level);
+    if (id.level < finest_) retry_waiting(id.channel, id.tile, id.level + 1u);
     return {};
 }
 
 Result<void> PartDecoder::take_base(ByteSpan payload) {
+    if (info_.base_vertices > most_vertices_)
+        return Error{Errc::LimitExceeded, 0, "the base takes more vertices or memory than the limit"};
     Result<DecodedBase> base = read_base(payload, info_, transform_kind_);
     if (!base.ok()) return base.error();
     base_ = std::move(*base);
@@ -56,13 +63,16 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     whole_ = Tiling(base_->mesh, std::vector<std::uint16_t>(base_->mesh.face_count(), 0), 1);
     tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
     blocks_.resize(std::size_t{info_.tiles} * (finest_ + 1u));
+    if (base_->params.color_components > 0) color_blocks_.resize(blocks_.size());
     coefficients_.reserve(base_->grid.size());
     const auto grid = static_cast<float>(base_->params.grid());
     for (const auto& g : base_->grid)
         coefficients_.push_back(Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} *
                                 grid);
     for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
-        for (unsigned level = 0; level <= finest_; ++level) retry_waiting(static_cast<std::uint16_t>(tile), level);
+        for (unsigned level = 0; level <= finest_; ++level)
+            for (const Channel channel : {Channel::Geometry, Channel::Color})
+                retry_waiting(channel, static_cast<std::uint16_t>(tile), level);
     return {};
 }
 
@@ -71,19 +81,20 @@ Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const G
     if (front.top_plane < low || front.top_plane >= layers_) return malformed("a chunk's planes are out of range");
     if (front.needs_parent && !has_parents(id.level)) return malformed("a chunk needs a level that has no details");
     if (!base_) return Readiness::Waits;
-    const unsigned here = reached(id.tile, id.level);
+    if (id.channel == Channel::Color && color_blocks_.empty()) return malformed("colours come that the base has not");
+    const unsigned here = reached(id, id.level);
     const bool started = here < kMaxPlanes;
     if (started && here <= low) return Readiness::Known;
     if (front.starts && started) return malformed("a block starts twice");
     if (!front.starts && here > front.top_plane + 1) return Readiness::Waits;
     if (!front.starts && here != front.top_plane + 1) return malformed("a chunk's planes overlap");
-    if (front.needs_parent && reached(id.tile, id.level - 1u) > low + 1) return Readiness::Waits;
-    if (!block(id.tile, id.level) && blocks_left_ == 0)
+    if (front.needs_parent && reached(id, id.level - 1u) > low + 1) return Readiness::Waits;
+    if (!block(id, id.level) && blocks_left_ == 0)
         return Error{Errc::LimitExceeded, 0, "the blocks take more memory than the limit"};
     return Readiness::Ready;
 }
 
-Result<PartDecoder::Taken> PartDecoder::take_geometry(const ChunkId& id, ByteSpan payload, bool whole) {
+Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan payload, bool whole) {
     ByteReader in(payload);
     const GeometryFront front = read_geometry_front(in);
     if (!in.ok() && whole) return malformed("a chunk is too short");
@@ -97,20 +108,25 @@ Result<PartDecoder::Taken> PartDecoder::take_geometry(const ChunkId& id, ByteSpa
     if (*ready != Readiness::Ready) return Taken::Dropped;
     if (const Result<void> r = decode_planes(id, front, in, whole); !r.ok()) return r.error();
     if (whole) error_code_ = std::max(error_code_, front.error_code);
-    if (id.level > 0) detail_level_ = std::max<unsigned>(detail_level_, id.level);
+    if (id.level > 0 && id.channel == Channel::Geometry) detail_level_ = std::max<unsigned>(detail_level_, id.level);
     return Taken::Used;
 }
 
 Result<void> PartDecoder::decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
-    std::unique_ptr<Block>& place = block(id.tile, id.level);
-    if (!place) place = std::make_unique<Block>(), --blocks_left_;
+    std::unique_ptr<Block>& place = block(id, id.level);
+    if (!place) {
+        place = std::make_unique<Block>(id.channel == Channel::Color ? base_->params.color_components : 3u);
+        --blocks_left_;
+    }
     Block& here = *place;
     const BlockDecoder* parent = nullptr;
-    if (has_parents(id.level) && block(id.tile, id.level - 1u)) parent = &block(id.tile, id.level - 1u)->decoder;
+    if (has_parents(id.level) && block(id, id.level - 1u)) parent = &block(id, id.level - 1u)->decoder;
     if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
     const unsigned low = lowest_plane_of(id);
     Result<void> result;
-    for (unsigned plane = front.top_plane + 1; plane-- > low && result.ok();) {
+    const bool fast = base_->params.fast;
+    if (fast && whole) result = here.decoder.unpack(*here.shape, front.top_plane, low, in.bytes(in.remaining()));
+    for (unsigned plane = front.top_plane + 1; !fast && plane-- > low && result.ok();) {
         const bool last = plane == low;
         const std::uint64_t length = last ? in.remaining() : in.varint();
         if (!in.ok()) {  // a beginning ends before this plane, or the payload is wrong
@@ -124,21 +140,22 @@ Result<void> PartDecoder::decode_planes(const ChunkId& id, const GeometryFront& 
         result = here.decoder.decode_plane(*here.shape, parent, plane, in.bytes(bytes), all_there);
         if (!all_there) break;
     }
-    store_values(here, id.level);
+    store_values(id, here);
     if (here.decoder.started() && here.decoder.lowest_plane() == 0) here.shape.reset();
     return result;
 }
 
-void PartDecoder::retry_waiting(std::uint16_t tile, unsigned level) {
+void PartDecoder::retry_waiting(Channel channel, std::uint16_t tile, unsigned level) {
+    const auto part = static_cast<std::uint16_t>(channel);
     // One block's next chunk at a time; a decoded one may free the next of its own block and those one level finer.
     std::vector<unsigned> levels = {level};
     while (!levels.empty()) {
         const unsigned at = levels.back();
         levels.pop_back();
-        const auto it = waiting_.lower_bound(ChunkId{0, tile, static_cast<std::uint8_t>(at), 0, Channel::Base});
-        if (it == waiting_.end() || it->first.tile != tile || it->first.level != at) continue;
+        const auto it = waiting_.lower_bound(ChunkId{part, tile, static_cast<std::uint8_t>(at), 0, Channel::Base});
+        if (it == waiting_.end() || it->first.part != part || it->first.tile != tile || it->first.level != at) continue;
         const auto node = waiting_.extract(it);
-        const Result<Taken> taken = take_geometry(node.key(), node.mapped(), true);
+        const Result<Taken> taken = take_planes(node.key(), node.mapped(), true);
         if (taken.ok() && *taken == Taken::Waits) continue;
         levels.push_back(at);
         if (taken.ok() && *taken == Taken::Used && at < finest_) levels.push_back(at + 1);
@@ -150,12 +167,14 @@ void PartDecoder::ensure_coefficients(unsigned level) {
     if (coefficients_.size() < V) coefficients_.resize(V);
 }
 
-void PartDecoder::store_values(const Block& from, unsigned level) {
+void PartDecoder::store_values(const ChunkId& id, const Block& from) {
     if (!from.decoder.started()) return;
-    ensure_coefficients(level);
+    const unsigned level = id.level;
     const BlockShape& shape = *from.shape;
-    scratch_.resize(shape.size() * 3);
+    scratch_.resize(shape.size() * (id.channel == Channel::Color ? base_->params.color_components : 3u));
     from.decoder.values(base_->params.reconstruction_point(), scratch_);
+    if (id.channel == Channel::Color) return store_colors(shape, level);
+    ensure_coefficients(level);
     const float step = base_->params.step(level);
     const float across = base_->params.step_across(level);
     const auto grid = static_cast<float>(base_->params.grid());
@@ -168,6 +187,36 @@ void PartDecoder::store_values(const Block& from, unsigned level) {
         }
         coefficients_[v] = value;
     }
+}
+
+void PartDecoder::store_colors(const BlockShape& shape, unsigned level) {
+    const unsigned components = base_->params.color_components;
+    const float step = step_from_code(base_->params.color_steps[level]);
+    const std::uint64_t V = vertices_at_level(base_->mesh, level), V0 = base_->mesh.vertex_count();
+    if (colors_.empty()) colors_.assign(V0, Vec3f{0.5f, 0, 0});
+    if (colors_.size() < V) colors_.resize(V);
+    if (components == 4 && alphas_.empty()) alphas_.assign(V0, Vec3f{1, 0, 0});
+    if (components == 4 && alphas_.size() < V) alphas_.resize(V);
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        const std::uint32_t v = shape.indices()[i];
+        const float* x = &scratch_[components * i];
+        colors_[v] = Vec3f{x[0] * step + (level == 0 ? 0.5f : 0.0f), x[1] * step, x[2] * step};
+        if (components == 4) alphas_[v].x = x[3] * step + (level == 0 ? 1.0f : 0.0f);
+    }
+}
+
+void PartDecoder::append_colors(unsigned level, Mesh& out) {
+    const std::uint64_t V = vertices_at_level(base_->mesh, level);
+    if (colors_.size() < V) colors_.resize(V);
+    if (!alphas_.empty() && alphas_.size() < V) alphas_.resize(V);
+    if (!color_transform_ || color_levels_ < level) {
+        color_transform_ = std::make_unique<PatchTransform>(base_->mesh, level, kColorTransform, base_->creases);
+        color_levels_ = level;
+    }
+    std::vector<Vec3f> colors(V), alphas(alphas_.empty() ? 0 : V);
+    color_transform_->synthesize(std::span(colors_).first(V), level, colors);
+    if (!alphas.empty()) color_transform_->synthesize(std::span(alphas_).first(V), level, alphas);
+    for (std::size_t v = 0; v < V; ++v) out.colors.push_back(to_rgba(colors[v], alphas.empty() ? 1.0f : alphas[v].x));
 }
 
 void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {
@@ -188,6 +237,12 @@ void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagona
     for (const Vec3f& p : positions) out.positions.push_back(center + to_double(p) * diagonal);
     const std::vector<Face> faces = triangles_at_level(base_->mesh, level);
     for (const Face& f : faces) out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+    if (!colors_.empty()) {
+        out.colors.resize(first);  // white where parts before have none
+        append_colors(level, out);
+    } else if (!out.colors.empty()) {
+        out.colors.resize(out.positions.size());
+    }
     if (!base_->materials.empty() || !out.materials.empty()) {
         out.materials.resize(out.faces.size() - faces.size(), 0);
         for (std::size_t f = 0; f < faces.size(); ++f)

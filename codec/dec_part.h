@@ -35,19 +35,22 @@ class PartDecoder {
 
  private:
     struct Block {
-        BlockDecoder decoder{3};
+        explicit Block(unsigned components) : decoder(components) {}
+        BlockDecoder decoder;
         std::unique_ptr<BlockShape> shape;  // while planes can still come
     };
     enum class Readiness { Ready, Waits, Known };
 
     Result<void> take_base(ByteSpan payload);
     enum class Taken { Used, Waits, Dropped };
-    Result<Taken> take_geometry(const ChunkId& id, ByteSpan payload, bool whole);
+    Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
     Result<void> decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
-    void retry_waiting(std::uint16_t tile, unsigned level);
-    void store_values(const Block& block, unsigned level);
+    void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
+    void store_values(const ChunkId& id, const Block& block);
+    void store_colors(const BlockShape& shape, unsigned level);
     void ensure_coefficients(unsigned level);
+    void append_colors(unsigned level, Mesh& out);
     [[nodiscard]] const Tiling& tiling(unsigned level) const {
         return level < info_.first_tiled_level ? whole_ : tiling_;
     }
@@ -56,28 +59,31 @@ class PartDecoder {
         return level >= 2 && (level != info_.first_tiled_level || info_.tiles == 1);
     }
     [[nodiscard]] unsigned lowest_plane_of(const ChunkId& id) const { return layers_ - 1u - id.layer; }
-    std::unique_ptr<Block>& block(std::uint16_t tile, unsigned level) {
-        return blocks_[std::size_t{tile} * (finest_ + 1u) + level];
+    std::unique_ptr<Block>& block(const ChunkId& id, unsigned level) {
+        auto& blocks = id.channel == Channel::Color ? color_blocks_ : blocks_;
+        return blocks[std::size_t{id.tile} * (finest_ + 1u) + level];
     }
     /// Lowest plane that a block has, kMaxPlanes where none.
-    [[nodiscard]] unsigned reached(std::uint16_t tile, unsigned level) {
-        const std::unique_ptr<Block>& b = block(tile, level);
+    [[nodiscard]] unsigned reached(const ChunkId& id, unsigned level) {
+        const std::unique_ptr<Block>& b = block(id, level);
         return b ? b->decoder.lowest_plane() : kMaxPlanes;
     }
 
     PartInfo info_;
     std::uint8_t transform_kind_, layers_;
+    std::uint64_t most_vertices_;  // that the limits allow
     unsigned finest_ = 0, detail_level_ = 0;
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
-    Tiling whole_, tiling_;                       // of levels below info_.first_tiled_level, and of the others
-    std::vector<std::unique_ptr<Block>> blocks_;  // tile-major; null before the first chunk
-    std::uint64_t blocks_left_ = 0;               // that memory allows
-    std::vector<Vec3f> coefficients_;             // V(level) of the finest level in use; grows
+    Tiling whole_, tiling_;  // of levels below info_.first_tiled_level, and of the others
+    std::vector<std::unique_ptr<Block>> blocks_, color_blocks_;  // tile-major; null before the first chunk
+    std::uint64_t blocks_left_ = 0;                              // that memory allows
+    std::vector<Vec3f> coefficients_;                            // V(level) of the finest level in use; grows
+    std::vector<Vec3f> colors_, alphas_;  // likewise, of Y, Co, Cg and of alpha (in x); empty before any came
     std::vector<float> scratch_;
-    std::map<ChunkId, Bytes> waiting_;
-    std::unique_ptr<PatchTransform> transform_;
-    unsigned transform_levels_ = 0;
+    std::map<ChunkId, Bytes> waiting_;  // by channel (in the place of the part), tile, level, layer
+    std::unique_ptr<PatchTransform> transform_, color_transform_;
+    unsigned transform_levels_ = 0, color_levels_ = 0;
 };
 
 }  // namespace mvw

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -20,6 +21,15 @@ struct Decoder::State {
     std::uint64_t revision = 0;
     std::optional<Error> fault;
 
+    // What expect() said, and how far it has come.
+    struct Expected {
+        float error = 1;
+        bool there = false;
+    };
+    std::map<ChunkId, std::size_t> place;  // in file order
+    std::vector<Expected> expected;
+    std::size_t first_missing = 0;
+
     // The stream that feed() reads.
     Bytes pending;
     std::uint64_t position = 0;  // in the file, of pending's first byte
@@ -29,7 +39,8 @@ struct Decoder::State {
     Result<void> take_header(ByteSpan bytes);
     Result<void> read_stream();
     Result<bool> read_chunk(ByteSpan rest, std::size_t& used);
-    void take_chunk(const ChunkId& id, ByteSpan payload, bool whole);
+    bool take_chunk(const ChunkId& id, ByteSpan payload, bool whole);
+    void came(const ChunkId& id);
     Error lost(const std::string& why) const {
         return {Errc::Malformed, position, "byte " + std::to_string(position) + ": " + why};
     }
@@ -52,10 +63,18 @@ Result<void> Decoder::State::take_header(ByteSpan bytes) {
     return {};
 }
 
-void Decoder::State::take_chunk(const ChunkId& id, ByteSpan payload, bool whole) {
+bool Decoder::State::take_chunk(const ChunkId& id, ByteSpan payload, bool whole) {
     const Result<void> taken = parts[id.part].take(id, payload, whole);
     if (whole) ++(taken.ok() ? counts.chunks : counts.damaged);
     ++revision;
+    return taken.ok();
+}
+
+void Decoder::State::came(const ChunkId& id) {
+    const auto it = place.find(id);
+    if (it == place.end()) return;
+    expected[it->second].there = true;
+    while (first_missing < expected.size() && expected[first_missing].there) ++first_missing;
 }
 
 /// One chunk out of `rest`; false where more bytes are needed.
@@ -140,8 +159,30 @@ Result<void> Decoder::feed_chunk(const ChunkId& id, ByteSpan payload, std::uint3
         return Error{Errc::Malformed, 0, "a chunk's checksum is wrong"};
     }
     s.counts.bytes += payload.size();
-    s.take_chunk(id, payload, true);
+    if (s.take_chunk(id, payload, true)) s.came(id);
     return {};
+}
+
+void Decoder::expect(std::span<const ChunkEntry> chunks) {
+    State& s = *state_;
+    s.place.clear();
+    s.expected.clear();
+    s.first_missing = 0;
+    for (const ChunkEntry& c : chunks) {
+        s.place.emplace(c.id, s.expected.size());
+        s.expected.push_back({c.error, false});
+    }
+}
+
+bool Decoder::feed_file(ByteSpan file, const std::function<bool(const ChunkEntry&)>& wanted) {
+    const Result<FileHeader> header = read_header(file, state_->limits);
+    if (!header.ok() || header->file_bytes() != file.size()) return false;
+    const Result<Toc> toc = read_toc(*header, file.subspan(header->index_offset), file.size(), state_->limits);
+    if (!toc.ok() || !feed_header(file).ok()) return false;
+    expect(toc->chunks);
+    for (const ChunkEntry& c : toc->chunks)
+        if (!wanted || wanted(c)) (void)feed_chunk(c.id, file.subspan(c.offset, c.length), c.crc32c).ok();
+    return true;
 }
 
 const FileHeader* Decoder::header() const {
@@ -152,15 +193,18 @@ DecodeState Decoder::state() const {
     const State& s = *state_;
     DecodeState out = s.counts;
     std::uint8_t code = 0;
-    std::size_t waiting = 0;
     for (const PartDecoder& part : s.parts) {
         out.level = std::max(out.level, part.detail_level());
         code = std::max(code, part.error_code());
-        waiting += part.waiting();
+        out.waiting += static_cast<std::uint32_t>(part.waiting());
     }
     out.error = error_from_code(code);
-    out.complete =
-        s.header && !s.fault && s.position >= s.header->index_offset && s.counts.damaged == 0 && waiting == 0;
+    bool all = s.header && !s.fault && s.position >= s.header->index_offset;
+    if (!s.expected.empty()) {
+        out.error = s.first_missing > 0 ? s.expected[s.first_missing - 1].error : 1;
+        all = s.first_missing == s.expected.size();
+    }
+    out.complete = all && out.damaged == 0 && out.waiting == 0;
     if (out.complete)
         for (const PartDecoder& part : s.parts) out.level = std::max(out.level, part.finest_level());
     return out;
@@ -205,14 +249,7 @@ Result<Mesh> decode(ByteSpan file, unsigned level, const Limits& limits) {
     Decoder decoder(limits);
     const Result<FileHeader> header = read_header(file, limits);
     if (!header.ok()) return header.error();
-    const bool all_there = file.size() == header->file_bytes();
-    const Result<Toc> toc = all_there ? read_toc(*header, file.subspan(header->index_offset), file.size(), limits)
-                                      : Result<Toc>(Error{Errc::NeedMoreData, file.size(), {}});
-    if (toc.ok()) {  // the index finds every chunk even where a damaged head hides those behind it
-        (void)decoder.feed_header(file).ok();
-        for (const ChunkEntry& c : toc->chunks)
-            (void)decoder.feed_chunk(c.id, file.subspan(c.offset, c.length), c.crc32c).ok();
-    } else {
+    if (!decoder.feed_file(file)) {
         (void)decoder.feed(file).ok();
         decoder.finish();
     }

@@ -1,7 +1,9 @@
 // From bytes to meshes, progressively. Decoding never needs the encoder's rooms, threads or exceptions.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 
 #include "codec/container/toc.h"
 #include "codec/mesh/semi_regular.h"
@@ -10,12 +12,14 @@ namespace mvw {
 
 /// What a decoder holds at a moment.
 struct DecodeState {
-    std::uint64_t bytes = 0;    // header and chunks taken in
-    unsigned level = 0;         // finest level for which any detail has arrived (or the file's last where all have)
-    float error = 1;            // RMS surface error left as the file states it, fraction of the diagonal
-    std::uint32_t chunks = 0;   // taken in
+    std::uint64_t bytes = 0;   // header and chunks taken in
+    unsigned level = 0;        // finest level for which any detail has arrived (or the file's last where all have)
+    float error = 1;           // RMS surface error left as the file states it, fraction of the diagonal; with expect(),
+                               // that of the chunks in file order before the first that is missing or damaged
+    std::uint32_t chunks = 0;  // taken in
     std::uint32_t damaged = 0;  // chunks whose checksum or content was wrong: skipped
-    bool complete = false;
+    std::uint32_t waiting = 0;  // taken in, but of use only once others come
+    bool complete = false;      // all of the file is there: known from its bytes in order, or after expect()
 };
 
 /// Push decoder: feed a file's bytes in order (any slices), or a header and chunks in any useful order; take the best
@@ -37,6 +41,12 @@ class Decoder {
     Result<void> feed_header(ByteSpan bytes);
     /// One chunk's payload, checked against crc32c. Chunks that come before their lower layers wait inside.
     Result<void> feed_chunk(const ChunkId& id, ByteSpan payload, std::uint32_t crc32c);
+    /// The file's table, before its chunks: what state() then holds the chunks that feed_chunk() gets against.
+    void expect(std::span<const ChunkEntry> chunks);
+    /// Header and chunks of a file that is whole, found through its index, so that damage costs no more than what is
+    /// damaged; only those chunks that `wanted` takes, or all. False where the file is cut or its index damaged: then
+    /// nothing was fed, and feed() is the way.
+    bool feed_file(ByteSpan file, const std::function<bool(const ChunkEntry&)>& wanted = {});
 
     [[nodiscard]] const FileHeader* header() const;  // null until it is there
     [[nodiscard]] DecodeState state() const;

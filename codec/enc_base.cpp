@@ -16,12 +16,12 @@ namespace {
 
 using GridPoint = std::array<std::int32_t, 3>;
 
-std::unique_ptr<draco::Mesh> draco_mesh(const BaseMesh& source, const std::vector<GridPoint>& grid) {
+std::unique_ptr<draco::Mesh> draco_mesh(const std::vector<Face>& faces, const std::vector<GridPoint>& grid) {
     auto mesh = std::make_unique<draco::Mesh>();
-    mesh->SetNumFaces(source.face_count());
-    for (std::uint32_t f = 0; f < source.face_count(); ++f) {
+    mesh->SetNumFaces(faces.size());
+    for (std::uint32_t f = 0; f < faces.size(); ++f) {
         draco::Mesh::Face face;
-        for (std::size_t k = 0; k < 3; ++k) face[k] = draco::PointIndex(source.faces()[f][k]);
+        for (std::size_t k = 0; k < 3; ++k) face[k] = draco::PointIndex(faces[f][k]);
         mesh->SetFace(draco::FaceIndex(f), face);
     }
     mesh->set_num_points(static_cast<std::uint32_t>(grid.size()));
@@ -166,12 +166,16 @@ void write_section(ByteWriter& out, ByteSpan bytes) {
 
 }  // namespace
 
+Bytes write_draco(const std::vector<Face>& faces, const std::vector<GridPoint>& grid, bool sequential, int speed) {
+    return run_draco(*draco_mesh(faces, grid), sequential, speed);
+}
+
 CodedBase code_base(const BaseMesh& source, const std::vector<Vec3>& points, unsigned bits) {
     std::vector<GridPoint> grid(source.vertex_count());
     for (std::size_t v = 0; v < grid.size(); ++v)
         for (std::size_t k = 0; k < 3; ++k)
             grid[v][k] = static_cast<std::int32_t>(std::lround(std::ldexp(points[v][k], static_cast<int>(bits))));
-    const std::unique_ptr<draco::Mesh> mesh = draco_mesh(source, grid);
+    const std::unique_ptr<draco::Mesh> mesh = draco_mesh(source.faces(), grid);
     CodedBase best;
     for (const int speed : {0, 1, 3, 5, 7}) {
         CodedBase coded;
@@ -232,7 +236,8 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
     ByteWriter out;
     out.u8(static_cast<std::uint8_t>((base.sequential ? kBaseSequential : 0) | (creases ? kBaseCreases : 0) |
                                      (mesh.materials.empty() ? 0 : kBaseMaterials) |
-                                     (own_transform ? kBaseTransform : 0)));
+                                     (own_transform ? kBaseTransform : 0) |
+                                     (params.color_components > 0 ? kBaseColors : 0) | (params.fast ? kBaseFast : 0)));
     out.u8(params.error_code);
     out.u8(params.base_bits);
     if (mesh.levels > 0) {
@@ -244,6 +249,10 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
         out.f32(static_cast<float>(t.s));
         out.u8(static_cast<std::uint8_t>((t.table1_weights ? 1 : 0) | (t.loop_template == 4 ? 2 : 0) |
                                          (t.local_frames ? 0 : 4)));
+    }
+    if (params.color_components > 0) {
+        out.u8(static_cast<std::uint8_t>(params.color_components));
+        for (const std::uint8_t code : params.color_steps) out.u8(code);
     }
     write_section(out, base.draco);
     if (creases) {

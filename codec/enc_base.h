@@ -20,6 +20,10 @@ struct CodedBase {
 /// edgebreaker would change is coded sequentially.
 CodedBase code_base(const BaseMesh& source, const std::vector<Vec3>& points, unsigned bits);
 
+/// A mesh on a grid by Draco, without the 11 bytes in front; empty where it refuses. speed: 0 (best) to 10.
+Bytes write_draco(const std::vector<Face>& faces, const std::vector<std::array<std::int32_t, 3>>& grid, bool sequential,
+                  int speed);
+
 /// The same surface, named in the order of the coded base: positions, creases, materials and colours moved along.
 SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base);
 

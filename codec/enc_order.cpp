@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "codec/entropy/packed_planes.h"
+
 namespace mvw {
 
 namespace {
@@ -53,7 +55,7 @@ class Orderer {
             runs_.emplace_back();
             for (std::size_t b = 0; b < parts[part].blocks.size(); ++b) {
                 runs_.back().push_back(runs_of(parts[part].blocks[b], part, b, options));
-                for (const Run& run : runs_.back().back()) error_ += run.gain;
+                for (const Run& run : runs_.back().back()) error_ += surface_gain(run);
             }
         }
     }
@@ -86,6 +88,10 @@ class Orderer {
     }
 
     [[nodiscard]] const CodedBlock& block_of(const Run& run) const { return parts_[run.part].blocks[run.block]; }
+    /// What a run lowers the surface error by: colours leave it as it is.
+    [[nodiscard]] double surface_gain(const Run& run) const {
+        return block_of(run).channel == Channel::Geometry ? run.gain : 0;
+    }
     [[nodiscard]] unsigned lowest_plane(const Run& run) const { return block_of(run).planes.planes[run.last].plane; }
 
     /// The run, behind what it builds on: higher planes of its block, and those of the parent above its lowest plane.
@@ -107,14 +113,20 @@ class Orderer {
 
     void write(const Run& run, bool needs_parent) {
         const CodedBlock& block = block_of(run);
-        error_ -= run.gain;
+        error_ -= surface_gain(run);
         PlannedChunk& chunk = out_.emplace_back();
         chunk.id = {static_cast<std::uint16_t>(run.part), block.tile, block.level,
-                    static_cast<std::uint8_t>(options_.layers - 1 - lowest_plane(run)), Channel::Geometry};
+                    static_cast<std::uint8_t>(options_.layers - 1 - lowest_plane(run)), block.channel};
         chunk.error = std::max(error_, 0.0);
         ByteWriter out;
         write_geometry_front(out, {0, block.planes.planes[run.first].plane, run.first == 0, needs_parent});
-        for (std::size_t p = run.first; p <= run.last; ++p) {
+        const CodedPart& part = parts_[run.part];
+        if (part.params.fast) {
+            const unsigned components = block.channel == Channel::Color ? part.params.color_components : 3;
+            out.bytes(
+                pack_planes(block.planes.entries, components, block.planes.planes[run.first].plane, lowest_plane(run)));
+        }
+        for (std::size_t p = run.first; p <= run.last && !part.params.fast; ++p) {
             const Bytes& bytes = block.planes.planes[p].bytes;
             if (p < run.last) out.varint(bytes.size());
             out.bytes(bytes);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "codec/enc_color.h"
 #include "codec/tiles.h"
 
 namespace mvw {
@@ -66,47 +67,80 @@ double tangential_share(const std::vector<Vec3f>& coefficients, const BaseMesh& 
     return all > 0 ? tangential / all : 0;
 }
 
-CodedBlock code_block(const CodedPart& part, const Tiling& tiling, const std::vector<Vec3f>& coefficients,
-                      std::uint16_t tile, unsigned level, std::span<const std::uint32_t> parent,
-                      const std::array<double, 3>& weight, double& left) {
-    const BlockShape shape(part.mesh.base, tiling, tile, level);
-    const float step = part.params.step(level), across = part.params.step_across(level);
-    std::vector<float> scaled(shape.size() * 3);
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-        const Vec3f& c = coefficients[shape.indices()[i]];
-        scaled[3 * i] = c.x / step, scaled[3 * i + 1] = c.y / across, scaled[3 * i + 2] = c.z / across;
-    }
+CodedBlock code_block(const CodedPart& part, const BlockShape& shape, const ScaledBlock& scaled,
+                      std::span<const std::uint32_t> parent, double& left) {
+    const std::size_t components = scaled.unit.size();
     CodedBlock block;
-    block.tile = tile;
-    block.level = static_cast<std::uint8_t>(level);
-    block.planes = encode_block(shape, 3, scaled, parent, part.params.reconstruction_point());
-    const std::array<double, 3> unit = {double{step} * step * weight[0], double{across} * across * weight[1],
-                                        double{across} * across * weight[2]};
-    for (std::size_t k = 0; k < scaled.size(); ++k) left += double{scaled[k]} * scaled[k] * unit[k % 3];
+    block.planes = encode_block(shape, static_cast<unsigned>(components), scaled.values, parent,
+                                part.params.reconstruction_point());
+    for (std::size_t k = 0; k < scaled.values.size(); ++k)
+        left += double{scaled.values[k]} * scaled.values[k] * scaled.unit[k % components];
     for (const EncodedPlane& plane : block.planes.planes) {
         double gain = 0;
-        for (unsigned c = 0; c < 3; ++c) gain += plane.error_reduction[c] * unit[c];
+        for (std::size_t c = 0; c < components; ++c) gain += plane.error_reduction[c] * scaled.unit[c];
         block.gain.push_back(gain);
         left -= gain;
     }
     return block;
 }
 
+void code_geometry(CodedPart& part, const PartPrecision& precision, const std::vector<LevelGain>& gains,
+                   unsigned threads) {
+    const std::vector<Vec3f> coefficients = coefficients_of(part.mesh, part.base, part.params, threads);
+    part.tangential_share = tangential_share(coefficients, part.mesh.base);
+    const auto vertices = static_cast<double>(part.mesh.positions.size());
+    part.rounding = code_blocks(part, Channel::Geometry, precision, [&](const BlockShape& shape, unsigned level) {
+        const float step = part.params.step(level), across = part.params.step_across(level);
+        const std::array<double, 3> weight = error_weights(part.params, gains[level], level, vertices);
+        ScaledBlock scaled;
+        scaled.unit = {double{step} * step * weight[0], double{across} * across * weight[1],
+                       double{across} * across * weight[2]};
+        scaled.values.reserve(shape.size() * 3);
+        for (const std::uint32_t v : shape.indices()) {
+            const Vec3f& c = coefficients[v];
+            scaled.values.insert(scaled.values.end(), {c.x / step, c.y / across, c.z / across});
+        }
+        return scaled;
+    });
+}
+
 }  // namespace
 
 bool has_parents(const CodedPart& part, unsigned level) {
-    return level >= 2 && (level != part.first_tiled_level || part.first_tiled_level == 0);
+    return !part.params.fast && level >= 2 && (level != part.first_tiled_level || part.first_tiled_level == 0);
+}
+
+double code_blocks(CodedPart& part, Channel channel, const PartPrecision& precision,
+                   const std::function<ScaledBlock(const BlockShape&, unsigned level)>& scale) {
+    const BaseMesh& base = part.mesh.base;
+    const Tiling tiled(base, tile_of_faces(base, precision.tiles), precision.tiles);
+    const Tiling whole(base, std::vector<std::uint16_t>(base.face_count(), 0), 1);
+    double left = 0;
+    for (std::uint32_t tile = 0; tile < precision.tiles; ++tile)
+        for (unsigned level = tile == 0 ? 0 : part.first_tiled_level; level <= part.mesh.levels; ++level) {
+            const BlockShape shape(base, level >= part.first_tiled_level ? tiled : whole, tile, level);
+            std::span<const std::uint32_t> parent;
+            if (has_parents(part, level)) parent = part.blocks.back().planes.entries;
+            CodedBlock block = code_block(part, shape, scale(shape, level), parent, left);
+            block.channel = channel;
+            block.tile = static_cast<std::uint16_t>(tile);
+            block.level = static_cast<std::uint8_t>(level);
+            part.blocks.push_back(std::move(block));
+        }
+    return left;
 }
 
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
                     unsigned threads) {
     CodedPart part;
     part.params.transform = transform;
+    part.params.fast = precision.fast;
     part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
     if (mesh.levels == 0) {
         part.base = code_base(mesh.base, mesh.positions, precision.base_bits);
         part.mesh = renumber(mesh, part.base);
+        code_colors(precision, threads, part);
         return part;
     }
     // The base carries the coarse positions that analysis leaves, not samples of the surface.
@@ -124,21 +158,9 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     part.base = code_base(mesh.base, coarse, precision.base_bits);
     part.mesh = renumber(mesh, part.base);
 
-    const std::vector<Vec3f> coefficients = coefficients_of(part.mesh, part.base, part.params, threads);
-    part.tangential_share = tangential_share(coefficients, part.mesh.base);
-    const Tiling tiled(part.mesh.base, tile_of_faces(part.mesh.base, precision.tiles), precision.tiles);
-    const Tiling whole(part.mesh.base, std::vector<std::uint16_t>(part.mesh.base.face_count(), 0), 1);
     part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
-    const auto vertices = static_cast<double>(part.mesh.positions.size());
-    for (std::uint32_t tile = 0; tile < precision.tiles; ++tile)
-        for (unsigned level = tile == 0 ? 0 : part.first_tiled_level; level <= mesh.levels; ++level) {
-            const bool is_tiled = level >= part.first_tiled_level;
-            std::span<const std::uint32_t> parent;
-            if (has_parents(part, level)) parent = part.blocks.back().planes.entries;
-            const std::array<double, 3> weights = error_weights(part.params, gains[level], level, vertices);
-            part.blocks.push_back(code_block(part, is_tiled ? tiled : whole, coefficients,
-                                             static_cast<std::uint16_t>(tile), level, parent, weights, part.rounding));
-        }
+    code_geometry(part, precision, gains, threads);
+    code_colors(precision, threads, part);
     return part;
 }
 

@@ -1,5 +1,6 @@
 // One part of a model on its way into chunks: coded base, coefficients in units of their steps, bit-planes by block.
 #pragma once
+#include <functional>
 #include <vector>
 
 #include "codec/dec_part.h"
@@ -13,22 +14,25 @@ struct PartPrecision {
     unsigned base_bits = 9;
     unsigned tiles = 1;
     unsigned first_tiled_level = 0;  // where tiles > 1
+    bool fast = false;               // planes packed instead of range-coded
     double error = 1e-4;             // wanted RMS surface error of the rounding alone, fraction of the diagonal
 };
 
-/// The planes of one block. Distortions are squared distances times the block's vertices' share of the part's.
+/// The planes of one block.
 struct CodedBlock {
+    Channel channel = Channel::Geometry;
     std::uint16_t tile = 0;
     std::uint8_t level = 0;
     EncodedBlock planes;
-    std::vector<double> gain;  // by how much each plane lowers the part's mean squared surface error
+    std::vector<double> gain;  // by how much each plane lowers the part's mean squared surface error, or what counts
+                               // as much in its colours
 };
 
 struct CodedPart {
     SemiRegularMesh mesh;  // in the base's order, in units of the diagonal around the centre
     CodedBase base;
     PartParams params;
-    std::vector<CodedBlock> blocks;  // tile-major, levels within, none for levels that a tile has not
+    std::vector<CodedBlock> blocks;  // channel by channel; tile-major, levels within, none that a tile has not
     unsigned first_tiled_level = 0;
     double tangential_share = 0;  // of the details' energy from level 2 up
     double rounding = 0;          // mean squared surface error that plane 0 leaves
@@ -36,6 +40,15 @@ struct CodedPart {
 
 /// Whether blocks of this level take contexts from those one level below: not where tiles begin.
 bool has_parents(const CodedPart& part, unsigned level);
+
+/// Coefficients of one block in units of their steps, and what a squared unit of each component counts.
+struct ScaledBlock {
+    std::vector<float> values;  // coefficient-major
+    std::vector<double> unit;   // of each component
+};
+/// Appends all blocks of a channel. scale: from a block's shape and level. Returns what plane 0 leaves.
+double code_blocks(CodedPart& part, Channel channel, const PartPrecision& precision,
+                   const std::function<ScaledBlock(const BlockShape&, unsigned level)>& scale);
 
 /// mesh: positions in units of the diagonal around the centre.
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,

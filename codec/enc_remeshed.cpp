@@ -6,6 +6,7 @@
 
 #include "codec/container/enc_file.h"
 #include "codec/enc_errors.h"
+#include "codec/enc_original.h"
 #include "codec/measure/surface_error.h"
 
 namespace mvw {
@@ -48,6 +49,7 @@ Result<void> box_of(const Mesh& input, FileHeader& header) {
 
 PartPrecision precision_of(const SemiRegularMesh& part, const EncodeOptions& options, double remesh_error) {
     PartPrecision precision;
+    precision.fast = options.profile == Profile::Fast;
     // What remeshing leaves of the wanted error, else a share of what it left.
     const double t = options.target_error, r = remesh_error;
     precision.error = std::max(t > r * 1.1 ? 0.9 * std::sqrt(t * t - r * r) : r * kRoundingShare, kFinestRounding);
@@ -145,6 +147,18 @@ Result<Bytes> plan_file(CodedModel& model, std::vector<PlannedChunk>& plan) {
     }
 }
 
+Result<void> add_original(const Mesh& input, const FileHeader& header, const EncodeOptions& options,
+                          std::vector<PlannedChunk>& plan) {
+    if (options.keep_original == 0) return {};
+    PlannedChunk chunk;
+    chunk.id.channel = Channel::Original;
+    chunk.payload = write_original(input, header, options.keep_original);
+    chunk.error = plan.back().error;
+    if (chunk.payload.empty()) return Error{Errc::InvalidArgument, 0, "Draco cannot code the original mesh"};
+    plan.push_back(std::move(chunk));
+    return {};
+}
+
 void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Encoded& out) {
     double in_wavelets = 0;
     for (const CodedPart& part : model.parts) {
@@ -156,8 +170,11 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
         if (part.mesh.levels > 0) in_wavelets += vertices;
     }
     if (in_wavelets > 0) out.tangential_share /= in_wavelets;
-    for (const PlannedChunk& c : plan)
+    for (const PlannedChunk& c : plan) {
         if (c.id.channel == Channel::Base) out.base_bytes += c.payload.size();
+        if (c.id.channel == Channel::Color) out.color_bytes += c.payload.size();
+        if (c.id.channel == Channel::Original) out.original_bytes += c.payload.size();
+    }
     out.parts = static_cast<std::uint32_t>(model.parts.size());
     out.transform = TransformKind{model.header.transform};
 }
@@ -172,6 +189,7 @@ Result<void> encode_remeshed(const Mesh& input, RemeshResult remeshed, const Enc
     const Result<Bytes> estimated = plan_file(model, plan);
     if (!estimated.ok()) return estimated.error();
     const SurfaceError error = measure_errors(input, *estimated, plan, options);
+    if (const Result<void> r = add_original(input, model.header, options, plan); !r.ok()) return r;
     Result<Bytes> file = write_file(model.header, to_write(plan));
     if (!file.ok()) return file.error();
     out.file = std::move(*file);

@@ -11,13 +11,20 @@
 
 namespace mvw {
 
+enum class Profile : std::uint8_t {
+    Small,  // range-coded planes
+    Fast,   // planes packed by zstd: larger, decodes faster
+};
+
 struct EncodeOptions {
+    Profile profile = Profile::Small;
     TransformOptions transform;
-    unsigned base_faces = 0;  // 0: chosen from the model
-    int levels = -1;          // -1: chosen from the model
-    double target_error = 0;  // RMS, fraction of the diagonal; 0: chosen from the model
-    unsigned tile_count = 0;  // 0: chosen from the model
-    unsigned threads = 0;     // 0: all cores
+    unsigned base_faces = 0;     // 0: chosen from the model
+    int levels = -1;             // -1: chosen from the model
+    double target_error = 0;     // RMS, fraction of the diagonal; 0: chosen from the model
+    unsigned tile_count = 0;     // 0: chosen from the model
+    unsigned keep_original = 0;  // bits of the input mesh's positions in the last chunk, 1 to 30; 0: no such chunk
+    unsigned threads = 0;        // 0: all cores
     Progress progress;
 };
 
@@ -27,7 +34,7 @@ struct Encoded {
     CleanReport cleaning;
     std::uint64_t input_vertices = 0, input_faces = 0;  // after cleaning
     std::uint32_t parts = 0, base_faces = 0, levels = 0;
-    std::uint64_t vertices = 0, base_bytes = 0;
+    std::uint64_t vertices = 0, base_bytes = 0, color_bytes = 0, original_bytes = 0;
     double draco_area_share = 0;
     double rms = 0, max = 0, psnr = 0;  // of the whole file's decode against the input (surface_error.h)
     double tangential_share = 0;        // of the details' energy from level 2 up

@@ -16,7 +16,9 @@ enum BaseFlags : std::uint8_t {
     kBaseCreases = 2,
     kBaseMaterials = 4,
     kBaseTransform = 8,  // transform parameters other than the defaults follow
-    kBaseAllFlags = 15,
+    kBaseColors = 16,    // colours: their number of components and their steps follow
+    kBaseFast = 32,      // planes are packed (entropy/packed_planes.h) instead of range-coded
+    kBaseAllFlags = 63,
 };
 
 /// A step on disk: eight steps an octave, (1 + (code % 8) / 8) * 2^-(code / 8), exact in binary.
@@ -36,18 +38,24 @@ inline std::uint8_t step_to_code(double step) {
 
 /// Decoder parameters of one part.
 struct PartParams {
-    std::uint8_t error_code = 0;       // error left once this chunk and all before it are there: 10^(-code/40)
-    std::uint8_t base_bits = 10;       // base positions are integers times 2^-base_bits, in units of the diagonal
-    std::uint8_t reconstruction = 0;   // place within a quantisation interval, in 1/256
-    std::vector<std::uint8_t> steps;   // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
-    std::vector<std::uint8_t> across;  // likewise of the tangential steps; that of level 0 is the normal one's
-    TransformOptions transform;        // `kind` comes from the file's header
+    std::uint8_t error_code = 0;            // error left once this chunk and all before it are there: 10^(-code/40)
+    std::uint8_t base_bits = 10;            // base positions are integers times 2^-base_bits, in units of the diagonal
+    std::uint8_t reconstruction = 0;        // place within a quantisation interval, in 1/256
+    std::vector<std::uint8_t> steps;        // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
+    std::vector<std::uint8_t> across;       // likewise of the tangential steps; that of level 0 is the normal one's
+    bool fast = false;                      // planes are packed, not range-coded
+    unsigned color_components = 0;          // 0: no colours; 3: Y, Co, Cg; 4: and alpha
+    std::vector<std::uint8_t> color_steps;  // code of the step of plane 0 of each level, L + 1, of all components
+    TransformOptions transform;             // `kind` comes from the file's header
 
     [[nodiscard]] float step(unsigned level) const { return step_from_code(steps[level]); }
     [[nodiscard]] float step_across(unsigned level) const { return step_from_code(across[level]); }
     [[nodiscard]] float reconstruction_point() const { return static_cast<float>(reconstruction) / 256.0f; }
     [[nodiscard]] double grid() const { return std::ldexp(1.0, -static_cast<int>(base_bits)); }
 };
+
+/// What colours are transformed by: a linear rule, in no frames.
+inline constexpr TransformOptions kColorTransform{TransformKind::Interp, 36.0 / 31.0, false, 10, false};
 
 /// One byte for an error: 10^(-code/40), half a decibel apart.
 inline float error_from_code(std::uint8_t code) {

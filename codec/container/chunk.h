@@ -17,6 +17,7 @@ enum class Channel : std::uint8_t {
     Base = 0,      // connectivity, coarse positions, creases and labels of one part's level 0 (Draco inside)
     Geometry = 1,  // position coefficients of one (part, tile, level, layer); level 0: what the base's rounding left
     Color = 2,     // colour coefficients, likewise
+    Original = 3,  // the input mesh itself (Draco), one chunk a file
 };
 
 /// Names a chunk. Ordered: a chunk can be decoded once the part's Base chunk and all lower layers that the file has of
@@ -24,9 +25,9 @@ enum class Channel : std::uint8_t {
 /// block may skip numbers: a chunk carries all that its block has above the next lower one.
 struct ChunkId {
     std::uint16_t part = 0;
-    std::uint16_t tile = 0;  // 0 for Base
-    std::uint8_t level = 0;  // 0 for Base; at most 15
-    std::uint8_t layer = 0;  // 0 = coarsest quantiser step; 0 for Base; at most 63
+    std::uint16_t tile = 0;  // 0 for Base and Original
+    std::uint8_t level = 0;  // 0 for Base and Original; at most 15
+    std::uint8_t layer = 0;  // 0 = coarsest quantiser step; 0 for Base and Original; at most 63
     Channel channel = Channel::Base;
     friend constexpr auto operator<=>(const ChunkId&, const ChunkId&) = default;
 };

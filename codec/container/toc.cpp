@@ -156,8 +156,9 @@ Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id) {
         return malformed(0, "a chunk names part " + std::to_string(id.part) + ", the file has " +
                                 std::to_string(header.parts.size()));
     const PartInfo& part = header.parts[id.part];
-    if (id.channel == Channel::Base && (id.tile != 0 || id.level != 0 || id.layer != 0))
-        return malformed(0, "a base chunk names a tile, level or layer");
+    const bool untiled = id.channel == Channel::Base || id.channel == Channel::Original;
+    if (untiled && (id.tile != 0 || id.level != 0 || id.layer != 0))
+        return malformed(0, "a base or original chunk names a tile, level or layer");
     if (id.tile >= part.tiles)
         return malformed(
             0, "a chunk names tile " + std::to_string(id.tile) + ", its part has " + std::to_string(part.tiles));
@@ -166,7 +167,7 @@ Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id) {
     if (id.level > part.levels)
         return malformed(
             0, "a chunk names level " + std::to_string(id.level) + ", its part has " + std::to_string(part.levels));
-    if (id.channel != Channel::Base && id.layer >= header.layers)
+    if (!untiled && id.layer >= header.layers)
         return malformed(
             0, "a chunk names layer " + std::to_string(id.layer) + ", the file has " + std::to_string(header.layers));
     return {};

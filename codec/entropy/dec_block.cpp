@@ -6,6 +6,7 @@
 #include <string>
 
 #include "codec/entropy/dec_range_coder.h"
+#include "codec/entropy/packed_planes.h"
 
 namespace mvw {
 
@@ -40,15 +41,31 @@ Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDeco
     const bool follows = started() ? plane + 1 == plane_ && complete_ == progress_->entries.size() : plane < kMaxPlanes;
     if (!follows)
         return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(plane) + " does not follow those before it"};
-    if (!started()) {
-        progress_ = std::make_unique<BlockProgress>(shape.size(), components_);
-        progress_->top = plane;
-    }
+    start(shape, plane);
     plane_ = plane;
     std::span<const std::uint32_t> above;
     if (parent != nullptr && parent->started()) above = parent->progress_->entries;
     complete_ = whole ? decode<false>(shape, above, plane, bytes, *progress_)
                       : decode<true>(shape, above, plane, bytes, *progress_);
+    return {};
+}
+
+void BlockDecoder::start(const BlockShape& shape, unsigned top) {
+    if (started()) return;
+    progress_ = std::make_unique<BlockProgress>(shape.size(), components_);
+    progress_->top = top;
+}
+
+Result<void> BlockDecoder::unpack(const BlockShape& shape, unsigned top, unsigned low, ByteSpan packed) {
+    if (top >= kMaxPlanes || low > top || (started() && top + 1 != plane_))
+        return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(top) + " does not follow those before it"};
+    Entries entries = started() ? progress_->entries : Entries(shape.size() * components_);
+    if (!unpack_planes(packed, components_, top, low, entries))
+        return Error{Errc::Malformed, 0, "packed planes are damaged"};
+    start(shape, top);
+    progress_->entries = std::move(entries);
+    plane_ = low;
+    complete_ = progress_->entries.size();
     return {};
 }
 

@@ -26,6 +26,10 @@ class BlockDecoder {
     Result<void> decode_plane(const BlockShape& shape, const BlockDecoder* parent, unsigned plane, ByteSpan bytes,
                               bool whole);
 
+    /// The fast profile's way to the planes from `top`, the next one down (or the first), to `low`: all or, Malformed,
+    /// none of them.
+    Result<void> unpack(const BlockShape& shape, unsigned top, unsigned low, ByteSpan packed);
+
     /// False while all coefficients are zero because no plane has come.
     [[nodiscard]] bool started() const { return progress_ != nullptr; }
     /// Lowest plane of which anything is known; kMaxPlanes before the first.
@@ -38,6 +42,8 @@ class BlockDecoder {
     void integers(std::span<std::int32_t> out) const;
 
  private:
+    void start(const BlockShape& shape, unsigned top);
+
     unsigned components_;
     unsigned plane_ = kMaxPlanes;
     std::size_t complete_ = 0;                 // entries that have plane_; those behind stand at plane_ + 1

@@ -49,6 +49,8 @@ Schedule::Schedule(const Toc& toc, Request request)
 bool Schedule::in_pass(const ChunkId& id) const {
     const unsigned pass = passes_[pass_];
     if (id.channel == Channel::Base) return pass == kBasePass;
+    if (id.channel == Channel::Original)  // behind all else, for those who want everything
+        return pass_ + 1 == passes_.size() && request_.max_level >= toc_->header.parts[0].levels;
     if (pass == kBasePass || id.level > request_.max_level || id.layer > request_.max_layer) return false;
     // Coarse levels have one tile for all: whatever is seen of the part needs it, before anything finer.
     if (id.level < toc_->header.parts[id.part].first_tiled_level) return pass_ == 1;

@@ -211,5 +211,38 @@ TEST(Decoder, AsksForMoreUntilABaseIsThere) {
     EXPECT_NE(decoder.header(), nullptr);
 }
 
+TEST(Decoder, ChunksInAnyOrderAreCompleteOnceAllAreThere) {
+    const Bytes& file = small_file().file;
+    const Toc toc = toc_of(file);
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed_header(file).ok());
+    decoder.expect(toc.chunks);
+    for (std::size_t i = toc.chunks.size(); i-- > 0;) {
+        EXPECT_FALSE(decoder.state().complete);
+        EXPECT_EQ(decoder.state().error, 1) << "nothing is sure before the file's first chunk is there";
+        const ChunkEntry& c = toc.chunks[i];
+        ASSERT_TRUE(decoder.feed_chunk(c.id, payload_of(file, c), c.crc32c).ok());
+    }
+    EXPECT_TRUE(decoder.state().complete);
+    EXPECT_EQ(decoder.state().error, toc.chunks.back().error);
+}
+
+TEST(Decoder, TheErrorStatedIsThatOfWhatCameBeforeTheFirstGap) {
+    const Bytes& file = small_file().file;
+    const Toc toc = toc_of(file);
+    ASSERT_GT(toc.chunks.size(), 4u);
+    Decoder decoder;
+    const ChunkId missing = toc.chunks[2].id;
+    ASSERT_TRUE(decoder.feed_file(file, [&](const ChunkEntry& c) { return c.id != missing; }));
+    EXPECT_FALSE(decoder.state().complete);
+    EXPECT_EQ(decoder.state().error, toc.chunks[1].error);
+}
+
+TEST(Decoder, ABaseAboveTheLimitsIsRefused) {
+    Limits limits;
+    limits.max_vertices = 5;  // the ball's base has six
+    EXPECT_FALSE(decode(small_file().file, 255, limits).ok());
+}
+
 }  // namespace
 }  // namespace mvw

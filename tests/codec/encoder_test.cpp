@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "codec/container/crc32c.h"
 #include "codec/decoder.h"
 #include "codec/enc_base.h"
 #include "codec/measure/surface_error.h"
@@ -58,6 +59,46 @@ TEST(EncodeParts, EveryTransformRoundTrips) {
         const Encoded e = encode_parts({bumpy_ball(4)}, options);
         EXPECT_LT(e.rms, 1e-3) << transform_name(options.transform.kind);
         EXPECT_EQ(toc_of(e.file).header.transform, kind);
+    }
+}
+
+TEST(EncodeParts, TheFastProfileGivesTheSameMeshAtEveryChunk) {
+    EncodeOptions options;
+    options.target_error = 1e-3;
+    options.tile_count = 3;
+    const Encoded small = encode_parts({bumpy_ball(4)}, options);
+    options.profile = Profile::Fast;
+    const Encoded fast = encode_parts({bumpy_ball(4)}, options);
+    EXPECT_EQ(decode(fast.file)->positions, decode(small.file)->positions);
+    EXPECT_GT(fast.file.size(), small.file.size());
+    double before = 1;
+    for (const ChunkEntry& c : toc_of(fast.file).chunks) {
+        const Mesh mesh = decode(ByteSpan(fast.file).first(c.offset + c.length)).value();
+        const double rms = surface_error(plain(bumpy_ball(4)), mesh, {20'000, 1}).rms;
+        EXPECT_LT(rms, before * 1.006);
+        before = std::min(rms, before);
+    }
+}
+
+TEST(EncodeParts, DamagedPackedPlanesAreNamedAndSkipped) {
+    EncodeOptions options;
+    options.profile = Profile::Fast;
+    options.target_error = 1e-3;
+    const Bytes file = encode_parts({bumpy_ball(3)}, options).file;
+    const Toc toc = toc_of(file);
+    const ChunkEntry& base = toc.chunks[0];
+    for (const ChunkEntry& c : toc.chunks) {
+        if (c.id.channel == Channel::Base) continue;
+        Bytes payload(payload_of(file, c).begin(), payload_of(file, c).end());
+        for (std::size_t at = 2; at < payload.size(); at += 9) {
+            Bytes damaged = payload;
+            damaged[at] ^= std::byte{0x55};
+            Decoder decoder;
+            ASSERT_TRUE(decoder.feed_header(file).ok());
+            ASSERT_TRUE(decoder.feed_chunk(base.id, payload_of(file, base), base.crc32c).ok());
+            (void)decoder.feed_chunk(c.id, damaged, crc32c(damaged)).ok();
+            EXPECT_TRUE(decoder.mesh().ok());
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "codec/container/enc_file.h"
 #include "codec/decoder.h"
 #include "codec/mesh/io/files.h"
@@ -29,6 +31,9 @@ TEST(Golden, FilesOfEveryTransformAndProfileDecodeAsTheyAlwaysDid) {
         const double tolerance = 1e-6 * bounding_box(*expected).diagonal();
         for (std::size_t v = 0; v < mesh.positions.size(); ++v)
             EXPECT_LT(length(mesh.positions[v] - expected->positions[v]), tolerance) << "vertex " << v;
+        ASSERT_EQ(mesh.colors.size(), expected->colors.size());
+        for (std::size_t v = 0; v < mesh.colors.size(); ++v)
+            EXPECT_LE(std::abs(mesh.colors[v].r - expected->colors[v].r), 1) << "vertex " << v;
     }
 }
 

@@ -18,10 +18,23 @@ GoldenModel mixed() {
     return model;
 }
 
+GoldenModel colored() {
+    SemiRegularMesh ball = bumpy_ball(2);
+    for (std::size_t v = 0; v < ball.positions.size(); ++v)
+        ball.colors.push_back({static_cast<std::uint8_t>(3 * v), static_cast<std::uint8_t>(255 - v),
+                               static_cast<std::uint8_t>(v * v), static_cast<std::uint8_t>(v % 2 == 0 ? 255 : 100)});
+    GoldenModel model{"colors", {ball}, {}};
+    model.options.keep_original = 10;
+    return model;
+}
+
 }  // namespace
 
 std::vector<GoldenModel> golden_models() {
-    std::vector<GoldenModel> models{mixed()};
+    std::vector<GoldenModel> models{mixed(), colored()};
+    models.push_back({"fast", {colored().parts[0], bumpy_ball(3)}, {}});
+    for (Vec3& p : models.back().parts[1].positions) p += Vec3{3, 0, 0};
+    models.back().options.profile = Profile::Fast;
     for (unsigned kind = 0; kind < kTransformCount; ++kind) {
         GoldenModel model{
             std::string(transform_name(TransformKind{static_cast<std::uint8_t>(kind)})), {bumpy_ball(2)}, {}};

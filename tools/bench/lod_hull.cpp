@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <sstream>
 
 #include "codec/decoder.h"
 #include "codec/measure/surface_error.h"
@@ -130,6 +131,18 @@ struct Curves {
     std::size_t vertices = 0;
 };
 
+/// That of the csv where it has one, else a new one.
+Result<std::vector<RatePoint>> hull_of(const Mesh& mesh, const std::string& model, const LodHullOptions& options,
+                                       const std::string& scratch) {
+    if (!options.hull.empty()) {
+        const auto bytes = read_file(options.hull);
+        if (!bytes) return bytes.error();
+        auto known = hull_from_csv({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, model);
+        if (!known.empty()) return known;
+    }
+    return lod_hull(mesh, options.simplifier, scratch);
+}
+
 Result<Curves> measure(const std::string& file, const LodHullOptions& options, const std::string& scratch) {
     CleanReport report;
     auto read = read_mesh(file, report);
@@ -138,9 +151,10 @@ Result<Curves> measure(const std::string& file, const LodHullOptions& options, c
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, file + ": nothing to measure"};
     Curves curves;
     curves.vertices = mesh.positions.size();
-    auto hull = lod_hull(mesh, options.simplifier, scratch);
-    if (!hull) return hull.error();
-    curves.hull = std::move(hull).value();
+    if (auto hull = hull_of(mesh, fs::path(file).stem().string(), options, scratch))
+        curves.hull = std::move(hull).value();
+    else
+        return hull.error();
     // The codec gets the normalised mesh, too, so that both are measured against one surface.
     const std::string input = scratch + "/input.ply", coded = scratch + "/coded.mvw";
     if (auto written = write_mesh(input, mesh); !written) return written.error();
@@ -197,6 +211,20 @@ Result<std::vector<RatePoint>> prefix_points(const Mesh& mesh, const std::string
     const auto whole = decode(*file);
     if (!whole) return whole.error();
     points.push_back({file->size(), psnr_of(mesh, *whole), "whole file"});
+    return points;
+}
+
+std::vector<RatePoint> hull_from_csv(const std::string& csv, const std::string& model) {
+    const std::string start = model + ",lod hull,";
+    std::vector<RatePoint> points;
+    std::istringstream lines(csv);
+    for (std::string line; std::getline(lines, line);) {
+        if (!line.starts_with(start)) continue;
+        RatePoint point;
+        char comma = 0;
+        std::istringstream cells(line.substr(start.size()));
+        if (cells >> point.bytes >> comma >> point.psnr) points.push_back(point);
+    }
     return points;
 }
 

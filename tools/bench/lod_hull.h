@@ -27,6 +27,9 @@ Result<std::vector<RatePoint>> lod_hull(const Mesh& mesh, const std::string& sim
 /// Prefixes of a .mvw file from 0.1 to 6 bits per vertex of `mesh`, and the whole file.
 Result<std::vector<RatePoint>> prefix_points(const Mesh& mesh, const std::string& mvw_file);
 
+/// A model's hull out of such a csv (its rows of method "lod hull"); empty where it has none.
+std::vector<RatePoint> hull_from_csv(const std::string& csv, const std::string& model);
+
 /// The best PSNR of at most `bytes`; 0 where every point needs more.
 double psnr_at(const std::vector<RatePoint>& points, std::uint64_t bytes);
 
@@ -34,6 +37,7 @@ struct LodHullOptions {
     std::vector<std::string> meshes;  // files
     std::string out;                  // gets lod_hull.csv and a plot NAME.svg per mesh
     std::string simplifier = "tools/bench/simplify.mjs";
+    std::string hull;  // a lod_hull.csv whose hulls are taken instead of made anew; empty: none
     std::function<void(const std::string& line)> say;
 };
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tools/bench/cuts.h"
 #include "tools/bench/lod_hull.h"
 #include "tools/bench/models.h"
 #include "tools/mvw/commands.h"
@@ -15,6 +16,11 @@ namespace {
 struct ModelsArguments {
     bench::ModelsOptions options;
     bool json = false, no_pictures = false;
+};
+
+struct CutsArguments {
+    bench::CutsOptions options;
+    bool json = false;
 };
 
 struct LodHullArguments {
@@ -55,6 +61,11 @@ void bench_lod_hull(LodHullArguments& arguments) {
     print(bench::run_lod_hull(arguments.options), "points", arguments.json);
 }
 
+void bench_cuts(CutsArguments& arguments) {
+    arguments.options.say = say_on_errors;
+    print(bench::run_cuts(arguments.options), "models", arguments.json);
+}
+
 void add_models(CLI::App& bench) {
     auto arguments = std::make_shared<ModelsArguments>();
     CLI::App* command = bench.add_subcommand("models", "Encodes, decodes and compares every mesh of a folder");
@@ -76,10 +87,26 @@ void add_lod_hull(CLI::App& bench) {
     command->footer("Example: mvw bench lod-hull bunny.ply lucy.ply --out results   (writes lod_hull.csv and plots)");
     command->add_option("MESH", arguments->options.meshes, "Mesh files")->required();
     command->add_option("--out", arguments->options.out, "Folder for the results")->required();
+    command->add_option("--hull", arguments->options.hull,
+                        "Hulls of an earlier lod_hull.csv: needs neither node nor Draco's programs for these models");
     command->add_option("--simplifier", arguments->options.simplifier, "simplify.mjs, with its packages beside it")
         ->capture_default_str();
     command->add_flag("--json", arguments->json, "One JSON object: points, a list of one object per file or prefix");
     command->callback([arguments] { bench_lod_hull(*arguments); });
+}
+
+void add_cuts(CLI::App& bench) {
+    auto arguments = std::make_shared<CutsArguments>();
+    CLI::App* command =
+        bench.add_subcommand("cuts", "Cuts one file of each mesh at 200 places: is more always better?");
+    command->footer("Example: mvw bench cuts bunny.ply lucy.ply --out results   (writes cuts.csv)");
+    command->add_option("MESH", arguments->options.meshes, "Mesh files")->required();
+    command->add_option("--out", arguments->options.out, "Folder for the results")->required();
+    command->add_option("--count", arguments->options.count, "Cuts of each file")
+        ->check(CLI::Range(2, 100'000))
+        ->capture_default_str();
+    command->add_flag("--json", arguments->json, "One JSON object: models, a list of one object per model");
+    command->callback([arguments] { bench_cuts(*arguments); });
 }
 
 }  // namespace
@@ -90,6 +117,7 @@ void add_bench(CLI::App& app) {
     bench->require_subcommand(1);
     add_models(*bench);
     add_lod_hull(*bench);
+    add_cuts(*bench);
 }
 
 }  // namespace mvw::cli

@@ -2,29 +2,68 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "codec/dec_original.h"
 #include "codec/decoder.h"
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
 #include "tools/mvw/commands.h"
+#include "tools/mvw/load.h"
 
 namespace mvw::cli {
 namespace {
 
 struct DecodeArguments {
-    std::string input, output;
+    std::string input, output, tiles;
     unsigned level = 255;
     std::uint64_t max_bytes = ~std::uint64_t{0};
     double target_error = 0;
-    bool json = false;
+    bool original = false, json = false;
 };
 
-/// Feeds chunk after chunk until the file states the wanted error, else all of it.
-void feed_until(Decoder& decoder, ByteSpan file, double target_error) {
+/// The numbers of "0,4-7"; Fatal where it is no such list.
+std::set<std::uint32_t> tile_list(const std::string& text) {
+    std::set<std::uint32_t> tiles;
+    std::size_t at = 0;
+    const auto number = [&] {
+        std::uint32_t value = 0;
+        const auto [end, error] = std::from_chars(text.data() + at, text.data() + text.size(), value);
+        if (error != std::errc{} || value > 0xFFFF) throw Fatal{kUsage, "--tiles: no list of tiles: " + text};
+        at = static_cast<std::size_t>(end - text.data());
+        return value;
+    };
+    while (at < text.size()) {
+        const std::uint32_t first = number();
+        const bool range = at < text.size() && text[at] == '-';
+        if (range) ++at;
+        const std::uint32_t last = range ? number() : first;
+        for (std::uint32_t t = first; t <= last; ++t) tiles.insert(t);
+        if (at < text.size() && text[at++] != ',') throw Fatal{kUsage, "--tiles: no list of tiles: " + text};
+    }
+    return tiles;
+}
+
+/// Which chunks of a whole file are asked for: of the tiles wanted, as far as the error wanted asks for them.
+std::function<bool(const ChunkEntry&)> wanted_chunks(const DecodeArguments& arguments, const Decoder& decoder) {
+    const std::set<std::uint32_t> tiles = tile_list(arguments.tiles);
+    return [&arguments, &decoder, tiles](const ChunkEntry& c) {
+        if (c.id.channel == Channel::Original || c.offset + c.length > arguments.max_bytes) return false;
+        if (c.id.channel == Channel::Base) return true;
+        if (arguments.target_error > 0 && decoder.state().error <= arguments.target_error) return false;
+        return tiles.empty() || c.id.level < decoder.header()->parts[c.id.part].first_tiled_level ||
+               tiles.contains(c.id.tile);
+    };
+}
+
+/// A file without its index, in order: until it states the wanted error, else all of it.
+void feed_in_order(Decoder& decoder, ByteSpan file, double target_error) {
     constexpr std::size_t kSlice = 64;
     const std::size_t slice = target_error > 0 ? kSlice : file.size();
     for (std::size_t at = 0; at < file.size() && decoder.feed(file.subspan(at, std::min(slice, file.size() - at))).ok();
@@ -33,43 +72,52 @@ void feed_until(Decoder& decoder, ByteSpan file, double target_error) {
     decoder.finish();
 }
 
-/// Whole files are read through their index, so that damage costs no more than the damaged chunks.
-bool feed_by_index(Decoder& decoder, ByteSpan file) {
-    const Result<FileHeader> header = read_header(file);
-    if (!header.ok() || header->file_bytes() != file.size()) return false;
-    const Result<Toc> toc = read_toc(*header, file.subspan(header->index_offset), file.size());
-    if (!toc.ok() || !decoder.feed_header(file).ok()) return false;
-    for (const ChunkEntry& c : toc->chunks)
-        (void)decoder.feed_chunk(c.id, file.subspan(c.offset, c.length), c.crc32c).ok();
-    return true;
+/// The part of the file that is there and asked for. --max-bytes alone takes a prefix as it is, its cut chunk included.
+void feed(Decoder& decoder, const DecodeArguments& arguments, ByteSpan file) {
+    const bool prefix = arguments.max_bytes < file.size() && arguments.tiles.empty();
+    if (!prefix && decoder.feed_file(file, wanted_chunks(arguments, decoder))) return;
+    if (!arguments.tiles.empty())
+        throw Fatal{kFailure, arguments.input + ": --tiles needs the index, which is cut off or damaged"};
+    feed_in_order(decoder, file.first(std::min<std::uint64_t>(file.size(), arguments.max_bytes)),
+                  arguments.target_error);
 }
 
-void warn(const DecodeArguments& arguments, const Decoder& decoder, std::uint64_t there) {
-    const FileHeader* header = decoder.header();
-    if (there < header->file_bytes() && there < arguments.max_bytes)
-        fmt::print(stderr, "mvw: {}: cut at byte {} of {}: this is the best mesh that they hold\n", arguments.input,
-                   there, header->file_bytes());
-    if (const auto damaged = decoder.state().damaged; damaged > 0)
-        fmt::print(stderr, "mvw: {}: {} damaged chunks were left out (mvw verify names them)\n", arguments.input,
-                   damaged);
+void write(const DecodeArguments& arguments, const Mesh& mesh) {
+    if (const Result<void> r = write_mesh(arguments.output, mesh); !r.ok()) throw Fatal{kFailure, r.error().message};
+}
+
+void decode_original_to(const DecodeArguments& arguments, ByteSpan file) {
+    const Result<Mesh> mesh = decode_original(file);
+    if (!mesh.ok()) throw Fatal{kFailure, arguments.input + ": " + mesh.error().message};
+    write(arguments, *mesh);
+    if (arguments.json)
+        fmt::print("{}\n", nlohmann::ordered_json{{"bytes_used", file.size()},
+                                                  {"level", nullptr},
+                                                  {"vertices", mesh->positions.size()},
+                                                  {"faces", mesh->faces.size()}}
+                               .dump());
+    else
+        fmt::print("{}: the original mesh, {} vertices, {} faces\n", arguments.output, mesh->positions.size(),
+                   mesh->faces.size());
 }
 
 void decode(const DecodeArguments& arguments) {
     if (!mesh_format_of(arguments.output)) throw Fatal{kUsage, arguments.output + ": unknown kind of mesh file"};
     const Result<Bytes> all = read_file(arguments.input);
     if (!all.ok()) throw Fatal{kFailure, all.error().message};
-    const ByteSpan file = ByteSpan(*all).first(std::min<std::uint64_t>(all->size(), arguments.max_bytes));
+    if (arguments.original) return decode_original_to(arguments, *all);
 
     const auto start = std::chrono::steady_clock::now();
-    if (const Result<FileHeader> header = read_header(file); !header.ok())
-        throw Fatal{kFailure, arguments.input + ": " + header.error().message};
+    const Result<FileHeader> header = read_header(*all);
+    if (!header.ok()) throw Fatal{kFailure, arguments.input + ": " + header.error().message};
+    const ByteSpan file = ByteSpan(*all).first(std::min<std::uint64_t>(all->size(), header->file_bytes()));
     Decoder decoder;
-    if (arguments.target_error > 0 || !feed_by_index(decoder, file)) feed_until(decoder, file, arguments.target_error);
+    feed(decoder, arguments, file);
     const Result<Mesh> mesh = decoder.mesh(arguments.level);
     if (!mesh.ok()) throw Fatal{kFailure, arguments.input + ": " + mesh.error().message};
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    warn(arguments, decoder, file.size());
-    if (const Result<void> r = write_mesh(arguments.output, *mesh); !r.ok()) throw Fatal{kFailure, r.error().message};
+    warn_of_file(arguments.input, decoder, all->size());
+    write(arguments, *mesh);
 
     const DecodeState state = decoder.state();
     const unsigned level = std::min(arguments.level, state.level);
@@ -99,6 +147,10 @@ void add_decode(CLI::App& app) {
     command->add_option("--max-bytes", arguments->max_bytes, "Use the first so many bytes of the file alone");
     command->add_option("--target-error", arguments->target_error, "Stop at this RMS error, a fraction of the diagonal")
         ->check(CLI::PositiveNumber);
+    command->add_option("--tiles", arguments->tiles,
+                        "Only these tiles, as 0,4-7; all others stay coarse, without cracks");
+    command->add_flag("--original", arguments->original,
+                      "The input mesh that encode --keep-original put into the file");
     command->add_flag("--json", arguments->json, "One JSON object: bytes_used level vertices faces seconds");
     command->callback([arguments] { decode(*arguments); });
 }

@@ -20,6 +20,7 @@ namespace {
 
 struct EncodeArguments {
     std::string input, output, transform = std::string(transform_name(TransformOptions{}.kind)), weights = "exact";
+    std::string profile = "small";
     EncodeOptions options;
     bool json = false;
 };
@@ -87,6 +88,8 @@ void print_json(const Encoded& e, double seconds) {
                                       {"vertices", e.vertices},
                                       {"bytes", e.file.size()},
                                       {"base_bytes", e.base_bytes},
+                                      {"color_bytes", e.color_bytes},
+                                      {"original_bytes", e.original_bytes},
                                       {"rms", e.rms},
                                       {"max", e.max},
                                       {"psnr", e.psnr},
@@ -105,6 +108,8 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
     fmt::print("  {} parts, {} base faces, {} levels, {} vertices at the finest\n", e.parts, e.base_faces, e.levels,
                e.vertices);
     fmt::print("  rms error {:.2e} of the diagonal ({:.2f} dB), largest {:.2e}\n", e.rms, e.psnr, e.max);
+    if (e.color_bytes > 0) fmt::print("  {} bytes for colours\n", e.color_bytes);
+    if (e.original_bytes > 0) fmt::print("  {} bytes for the original mesh\n", e.original_bytes);
     if (e.draco_area_share > 0)
         fmt::print("  {:.1f} % of the surface coded by Draco alone\n", 100 * e.draco_area_share);
     fmt::print("  {:.1f} seconds, {:.0f} MB\n", seconds, peak_megabytes());
@@ -120,12 +125,11 @@ void encode_file(EncodeArguments& arguments) {
     const auto start = std::chrono::steady_clock::now();
     EncodeOptions& options = arguments.options;
     options.transform.kind = transform_from_name(arguments.transform).value();  // one of transform_names()
+    options.profile = arguments.profile == "fast" ? Profile::Fast : Profile::Small;
     options.transform.table1_weights = arguments.weights == "table1";
     options.progress = progress_line();
     CleanReport importing;
     Mesh mesh = load_mesh(arguments.input, importing);
-    if (!mesh.colors.empty())
-        fmt::print(stderr, "mvw: {}: colours are not coded yet, the file holds the shape alone\n", arguments.input);
     const Result<Encoded> encoded = encode(std::move(mesh), options);
     end_progress();
     if (!encoded.ok()) throw Fatal{kFailure, arguments.input + ": " + encoded.error().message};
@@ -154,8 +158,17 @@ void add_encode(CLI::App& app) {
     command->add_option("--base-faces", options.base_faces, "Faces of the base mesh (default: chosen from the model)");
     command->add_option("--target-error", options.target_error, "RMS error to reach, a fraction of the diagonal")
         ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--profile", arguments->profile, "small, or fast: planes packed by zstd, larger, decodes faster")
+        ->check(CLI::IsMember({"small", "fast"}))
+        ->capture_default_str();
     command->add_option("--tile-count", options.tile_count, "Tiles of each part (default: chosen from the model)")
         ->check(CLI::Range(1, 65535));
+    command
+        ->add_option(
+            "--keep-original", options.keep_original,
+            "Also keep the input mesh (cleaned; without colours) with so many bits a coordinate; see decode --original")
+        ->check(CLI::Range(1, 30));
     command->add_option("--s", options.transform.s, "Shape of the rule at extraordinary vertices, in (0, 36/31]")
         ->check(CLI::Range(1e-6, 36.0 / 31.0));
     command->add_option("--weights", arguments->weights, "Lifting weights: computed (exact), or the paper's (table1)")

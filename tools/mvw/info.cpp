@@ -8,6 +8,7 @@
 
 #include "codec/container/toc.h"
 #include "codec/mesh/io/files.h"
+#include "codec/part_params.h"
 #include "codec/transform/transform.h"
 #include "tools/mvw/commands.h"
 
@@ -56,21 +57,49 @@ const char* channel_name(Channel channel) {
             return "geometry";
         case Channel::Color:
             return "color";
+        case Channel::Original:
+            return "original";
     }
     return "unknown";
 }
 
+/// The chunks of a file without its index that are there whole, with the errors that they state themselves.
+Toc toc_of_heads(const FileHeader& header, ByteSpan file) {
+    Toc toc{header, {}};
+    ChunkId previous;
+    std::uint64_t at = header.header_bytes;
+    while (at < header.index_offset && at < file.size()) {
+        ByteReader in(file.subspan(at));
+        const Result<ChunkHead> head = read_chunk_head(in, previous);
+        if (!head.ok() || head->length > in.remaining() || !check_chunk_id(header, head->id).ok()) break;
+        ByteReader payload(in.bytes(head->length));
+        if (head->id.channel == Channel::Base) payload.u8();
+        const float error = head->id.channel == Channel::Original && !toc.chunks.empty()
+                                ? toc.chunks.back().error
+                                : error_from_code(payload.u8());
+        toc.chunks.push_back({head->id, at + in.offset() - head->length, head->length, 0, error});
+        previous = head->id;
+        at += in.offset();
+    }
+    return toc;
+}
+
+/// The file's table; that of its beginning where its index is cut off or damaged, which is said.
 Toc load_toc(const std::string& path) {
     const Result<Bytes> file = read_file(path);
     if (!file.ok()) throw Fatal{kFailure, file.error().message};
     const Result<FileHeader> header = read_header(*file);
     if (!header.ok()) throw Fatal{kFailure, path + ": " + header.error().message};
-    if (file->size() < header->file_bytes())
-        throw Fatal{kFailure, fmt::format("{}: cut at byte {} of {}: its index is missing", path, file->size(),
-                                          header->file_bytes())};
-    Result<Toc> toc = read_toc(*header, ByteSpan(*file).subspan(header->index_offset), file->size());
-    if (!toc.ok()) throw Fatal{kFailure, path + ": " + toc.error().message};
-    return std::move(toc).value();
+    const std::uint64_t there = file->size(), whole = header->file_bytes();
+    Result<Toc> toc =
+        there < whole ? Result<Toc>(Error{Errc::NeedMoreData, there, "cut"})
+                      : read_toc(*header, ByteSpan(*file).subspan(header->index_offset, header->index_bytes), whole);
+    if (toc.ok()) return std::move(toc).value();
+    if (there < whole)
+        fmt::print(stderr, "mvw: {}: cut at byte {} of {}: these are the chunks before\n", path, there, whole);
+    else
+        fmt::print(stderr, "mvw: {}: {}: read from the chunks themselves\n", path, toc.error().message);
+    return toc_of_heads(*header, *file);
 }
 
 struct Summary {

@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 
+#include "codec/decoder.h"
 #include "codec/mesh/clean.h"
 
 namespace mvw::cli {
@@ -14,5 +15,8 @@ Mesh load_mesh(const std::string& path, CleanReport& report);
 /// The same for a .mvw file, too: as it is at `level`, or at its finest.
 Mesh load_surface(const std::string& path, unsigned level = 255);
 bool is_mvw(const std::string& path);
+
+/// Says on standard error where a .mvw file of so many bytes is cut, damaged, or has bytes behind its end.
+void warn_of_file(const std::string& path, const Decoder& decoder, std::uint64_t bytes);
 
 }  // namespace mvw::cli

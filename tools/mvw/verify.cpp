@@ -2,9 +2,11 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 
 #include "codec/container/crc32c.h"
 #include "codec/container/enc_file.h"
+#include "codec/dec_original.h"
 #include "codec/decoder.h"
 #include "codec/mesh/io/files.h"
 #include "tools/mvw/commands.h"
@@ -36,14 +38,25 @@ void check_chunks(const Toc& toc, ByteSpan file, std::vector<std::string>& fault
     }
 }
 
-void check_decode(const Toc& toc, ByteSpan file, std::vector<std::string>& faults) {
+void check_decode(ByteSpan file, std::vector<std::string>& faults) {
     Decoder decoder;
-    if (const Result<void> r = decoder.feed_header(file); !r.ok()) return faults.push_back(r.error().message);
-    for (const ChunkEntry& c : toc.chunks) {
-        const std::uint32_t damaged = decoder.state().damaged;
-        const Result<void> r = decoder.feed_chunk(c.id, file.subspan(c.offset, c.length), c.crc32c);
-        if (!r.ok() || decoder.state().damaged != damaged) faults.push_back(name_of(c) + ": it does not decode");
-    }
+    std::optional<ChunkEntry> fed;
+    std::uint32_t damaged = 0;
+    const auto check_last = [&] {
+        if (fed && decoder.state().damaged != damaged) faults.push_back(name_of(*fed) + ": it does not decode");
+        damaged = decoder.state().damaged;
+    };
+    (void)decoder.feed_file(file, [&](const ChunkEntry& c) {
+        check_last();
+        fed = c;
+        return true;
+    });
+    check_last();
+    const DecodeState state = decoder.state();
+    if (state.waiting > 0)
+        faults.push_back(fmt::format("{} chunks wait for others that the file does not have", state.waiting));
+    const Result<Mesh> original = decode_original(file);
+    if (!original.ok() && original.error().code != Errc::InvalidArgument) faults.push_back(original.error().message);
     if (const Result<Mesh> mesh = decoder.mesh(); !mesh.ok()) faults.push_back(mesh.error().message);
 }
 
@@ -52,11 +65,14 @@ std::vector<std::string> faults_of(ByteSpan file) {
     if (!header.ok()) return {header.error().message};
     if (file.size() < header->file_bytes())
         return {fmt::format("cut at byte {} of {}", file.size(), header->file_bytes())};
+    if (file.size() > header->file_bytes())
+        return {fmt::format("{} bytes behind its end at byte {}", file.size() - header->file_bytes(),
+                            header->file_bytes())};
     const Result<Toc> toc = read_toc(*header, file.subspan(header->index_offset), file.size());
     if (!toc.ok()) return {toc.error().message};
     std::vector<std::string> faults;
     check_chunks(*toc, file, faults);
-    check_decode(*toc, file, faults);
+    check_decode(file, faults);
     const auto id = content_id_of(file);
     if (!id.ok() || *id != header->content_id) faults.emplace_back("the content id is not that of the content");
     return faults;
