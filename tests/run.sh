@@ -25,4 +25,11 @@ if [ "$preset" = sanitize ]; then
     export LSAN_OPTIONS="suppressions=$PWD/tests/leaks_of_libraries.txt:print_suppressions=0"
     export UBSAN_OPTIONS="print_stacktrace=1"
 fi
-exec python3 tests/run_tests.py "$folder/mvw_tests"
+javascript=()
+if [ "$preset" = default ]; then
+    # The browser's decoder and page, and what drives them.
+    client/web/build.sh "$folder"
+    [ -d tests/client/web/node_modules ] || npm ci --prefix tests/client/web --no-audit --no-fund
+    javascript=(tests/client/web)
+fi
+exec python3 tests/run_tests.py "$folder/mvw_tests" "${javascript[@]}"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs a GoogleTest program to its end, whatever happens, and counts.
+"""Runs a GoogleTest program to its end, whatever happens, and counts: run_tests.py PROGRAM [FOLDER OF JAVASCRIPT TESTS]
 
 A test that crashes or hangs counts as failed, and the tests after it still run: the program is started again without
 those that are done. Ends with the line "N passed, N failed, N skipped"; exit code 0 only where none failed.
@@ -59,8 +59,24 @@ def run_once(program, tests, results):
     return None
 
 
+def run_javascript(folder):
+    """Runs node's test runner on a folder; its count of each kind."""
+    process = subprocess.Popen(["node", "--test", "--test-reporter=tap", folder], stdout=subprocess.PIPE, text=True)
+    count = dict.fromkeys(ENDS.values(), 0)
+    kinds = {"pass": "passed", "fail": "failed", "cancelled": "failed", "skipped": "skipped"}
+    for line in process.stdout:
+        if found := re.match(r"# (pass|fail|cancelled|skipped) (\d+)$", line):
+            count[kinds[found[1]]] += int(found[2])
+        elif not re.match(r"\s+(---|\.\.\.|duration_ms|type:)", line):
+            sys.stdout.write(line)
+    if process.wait() != 0 and count["failed"] == 0 or count["passed"] == 0:
+        count["failed"] += 1  # it ended before it could count
+    return count
+
+
 def main():
     program = sys.argv[1]
+    javascript = sys.argv[2] if len(sys.argv) > 2 else None
     tests, results, troubles, start = list_tests(program), {}, [], time.time()
     while True:
         left = [t for t in tests if t not in results]
@@ -80,6 +96,9 @@ def main():
     count = {kind: sum(r == kind for r in results.values()) for kind in ENDS.values()}
     if troubles and count["failed"] == 0:
         count["failed"] = 1  # a crash or a leak after the last test
+    if javascript:
+        for kind, number in run_javascript(javascript).items():
+            count[kind] += number
     print(f"({time.time() - start:.0f} s)")
     print(f"{count['passed']} passed, {count['failed']} failed, {count['skipped']} skipped")
     return 1 if count["failed"] else 0

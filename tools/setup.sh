@@ -7,7 +7,10 @@ packages=(
     libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libembree-dev libhwy-dev libxxhash-dev libeigen3-dev
     libtinyobjloader-dev libtinygltf-dev libtbb-dev libclang-rt-14-dev
     libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev
+    emscripten chromium fonts-dejavu-core
 )
+# Node may be there from elsewhere, with npm inside it.
+command -v npm >/dev/null || packages+=(nodejs npm)
 missing=()
 for package in "${packages[@]}"; do
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")

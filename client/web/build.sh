@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# Builds the WebAssembly module, the npm package and the page: one command, into FOLDER (default: build).
+#
+#   client/web/build.sh [FOLDER]
+#
+# FOLDER/web/mvw is the package (npm pack does there), FOLDER/page what `mvw serve` beside it offers at /. Draco's and
+# zstd's decoders come from Debian's source packages, fetched once into FOLDER/web/sources.
+set -euo pipefail
+here="$(cd "$(dirname "$0")" && pwd)"
+build="$(realpath -m "${1:-$here/../../build}")"
+out="$build/web" page="$build/page"
+mkdir -p "$out/sources" "$out/module"
+
+# Debian's own package lists may lack the sources: asks the same mirrors with lists of its own.
+fetch_sources() {
+    local work="$out/sources/fetch"
+    rm -rf "$work"
+    mkdir -p "$work/parts" "$work/lists/partial"
+    for list in /etc/apt/sources.list /etc/apt/sources.list.d/*.list; do
+        [ ! -s "$list" ] || sed -n 's/^deb /deb-src /p' "$list" >"$work/parts/$(basename "$list" .list).list"
+    done
+    for list in /etc/apt/sources.list.d/*.sources; do
+        [ ! -s "$list" ] || sed 's/^Types:.*/Types: deb-src/' "$list" >"$work/parts/$(basename "$list")"
+    done
+    local apt=(apt-get -q -o Dir::Etc::SourceList=/dev/null -o Dir::Etc::SourceParts="$work/parts"
+        -o Dir::State::Lists="$work/lists" -o APT::Sandbox::User="$(id -un)")
+    "${apt[@]}" update >&2
+    (cd "$work" && "${apt[@]}" --download-only source draco libzstd >&2)
+    mkdir -p "$out/sources/draco" "$out/sources/zstd"
+    tar -xJf "$work"/draco_*.orig.tar.xz -C "$out/sources/draco" --strip-components=1 --wildcards '*/src/draco/*'
+    tar -xJf "$work"/libzstd_*.orig.tar.xz -C "$out/sources/zstd" --strip-components=1 --wildcards '*/lib/*'
+    # Positions never have this prediction; without it the module is smaller.
+    sed -i '/else if (method == MESH_PREDICTION_TEX_COORDS_PORTABLE) {/,/^      }$/d' \
+        "$out/sources/draco/src/draco/compression/attributes/prediction_schemes/prediction_scheme_decoder_factory.h"
+    rm -rf "$work"
+    touch "$out/sources/done"
+}
+
+command -v em++ >/dev/null || { echo "build.sh: emscripten is missing (apt-get install emscripten)" >&2; exit 1; }
+[ -e "$out/sources/done" ] || fetch_sources
+
+launcher=()
+if command -v ccache >/dev/null; then
+    launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+fi
+if [ ! -e "$out/module/build.ninja" ]; then
+    emcmake cmake -G Ninja -S "$here/wasm" -B "$out/module" -DCMAKE_BUILD_TYPE= "${launcher[@]}" \
+        -DDRACO_SOURCE="$out/sources/draco" -DZSTD_SOURCE="$out/sources/zstd" >/dev/null
+fi
+cmake --build "$out/module" | tail -n 1
+
+mkdir -p "$out/mvw/src" "$page"
+find "$out/mvw/src" "$page" -mindepth 1 -delete  # the folders stay: a running server holds them
+cp "$here"/package.json "$here"/README.md "$out/mvw/"
+cp "$here"/src/* "$out/module/mvw.wasm" "$out/mvw/src/"
+cp "$here"/page/*.svg "$out/module/mvw.wasm" "$page/"
+# What only people read stays behind. (three.js is for pages with three of their own.)
+for file in "$here"/src/*.js "$here"/page/*.js "$here"/page/*.css "$here"/page/*.html; do
+    [ "$file" = "$here/src/three.js" ] ||
+        sed -E '/^\s*(\/\/|\/\*)/d; /^ +\*[ \/]/d; s/^\s+//' "$file" >"$page/$(basename "$file")"
+done
+
+node - "$page" <<'END'
+const { readdirSync, readFileSync } = require('node:fs');
+const { brotliCompressSync, gzipSync } = require('node:zlib');
+const folder = process.argv[2];
+const files = readdirSync(folder).map((name) => [name, readFileSync(`${folder}/${name}`)]);
+const sum = (pack, only) => files.filter(([name]) => !only || name === only).reduce((n, [, bytes]) => n + pack(bytes).length, 0);
+for (const [name, pack] of [['brotli', brotliCompressSync], ['gzip', gzipSync]])
+  console.log(`page: ${sum(pack)} bytes in ${name}, ${sum(pack, 'mvw.wasm')} of them the module`);
+END

@@ -1,0 +1,3 @@
+// For servers that ask for one: the page's own address carries it, as in http://host/?token=...
+
+export const token = new URLSearchParams(location.search).get('token') ?? '';

@@ -1,0 +1,37 @@
+// The npm package and the page as they are shipped.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { readdirSync, readFileSync } from 'node:fs';
+import path from 'node:path';
+import { test } from 'node:test';
+import { brotliCompressSync } from 'node:zlib';
+import { built, root } from './files.mjs';
+
+const compressed = (file) => brotliCompressSync(readFileSync(file)).length;
+
+test('page and module together take at most 150 KB compressed', () => {
+  const page = process.env.MVW_PAGE ?? path.join(root, 'build/page');
+  const bytes = readdirSync(page).reduce((sum, file) => sum + compressed(path.join(page, file)), 0);
+  assert.ok(bytes > 80000 && bytes <= 150000, `${bytes} bytes`);
+});
+
+test('the types describe the library', () => {
+  const tsc = path.join(root, 'tests/client/web/node_modules/typescript/bin/tsc');
+  const ran = spawnSync(process.execPath, [tsc, '-p', path.join(root, 'tests/client/web/types')], { encoding: 'utf8' });
+  assert.equal(ran.status, 0, ran.stdout);
+});
+
+test('npm packs what the package names, and node can import it', async () => {
+  const folder = path.join(built, 'mvw');
+  const about = JSON.parse(readFileSync(path.join(folder, 'package.json'), 'utf8'));
+  const names = Object.values(about.exports).flatMap((entry) => (typeof entry === 'string' ? [entry] : Object.values(entry)));
+  for (const name of names) readFileSync(path.join(folder, name));
+  const { createModule } = await import(path.join(folder, about.exports['./module'].default));
+  const module = await createModule(readFileSync(path.join(folder, about.exports['./mvw.wasm'])));
+  assert.ok(module);
+});
+
+test('nothing in it makes code from text', () => {
+  for (const file of readdirSync(path.join(built, 'mvw/src')).filter((name) => name.endsWith('.js')))
+    assert.doesNotMatch(readFileSync(path.join(built, 'mvw/src', file), 'utf8'), /\beval\(|new Function\(/);
+});

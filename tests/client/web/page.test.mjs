@@ -1,0 +1,262 @@
+// The page that `mvw serve` offers at /, used as a person would.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, beforeEach, test } from 'node:test';
+import { changes, complete, figure, isAgain, launch, looksLike, makeModels, openTab, Server, settle, stagePixels } from './browser.mjs';
+
+const size = makeModels();
+const server = new Server();
+let browser;
+let tab;
+
+before(async () => {
+  browser = await launch();
+  await server.start();
+});
+after(async () => {
+  await browser.close();
+  await server.kill();
+});
+beforeEach(async () => {
+  tab = await openTab(browser);
+});
+afterEach(async () => {
+  assert.deepEqual(tab.faults, []);
+  assert.deepEqual(await tab.evaluate(() => globalThis.violations), []);
+  await tab.context().close();
+});
+
+const open = async (name, whole = true) => {
+  await tab.goto(`${server.url}#${name}`);
+  if (whole) await complete(tab);
+};
+
+test('the policy allows our own scripts and WebAssembly, and nothing looser', async () => {
+  const response = await tab.goto(server.url);
+  const policy = response.headers()['content-security-policy'];
+  assert.match(policy, /(^|; )default-src 'none'/);
+  assert.match(policy, /(^|; )script-src 'self' 'wasm-unsafe-eval'(;|$)/);
+  assert.doesNotMatch(policy, /'unsafe-inline'|'unsafe-eval'|\*/);
+});
+
+test('the gallery shows each model, drawn from the first 4 KB of its file', async () => {
+  const ranges = [];
+  tab.on('request', (request) => {
+    if (request.url().includes('.mvw')) ranges.push(request.headers().range);
+  });
+  await tab.goto(server.url);
+  await tab.waitForFunction(() => document.querySelectorAll('.card[data-bytes]').length === 2);
+  assert.deepEqual(ranges, ['bytes=0-4095', 'bytes=0-4095']);
+  assert.deepEqual(await tab.locator('.card strong').allInnerTexts(), ['ball', 'golden']);
+  await settle(tab);
+  await looksLike(tab, 'gallery');
+});
+
+test('a model refines to its end: more triangles, less error, all of the file', async () => {
+  await tab.goto(server.url);
+  await tab.waitForSelector('.card');
+  await tab.evaluate(() => {
+    globalThis.seen = [];
+    new MutationObserver(() => {
+      const read = (name) => document.querySelector(`[data-stat="${name}"] dd`)?.firstChild.data;
+      if (read('Triangles')) globalThis.seen.push([read('Triangles'), parseFloat(read('Error'))]);
+    }).observe(document.querySelector('#stats'), { childList: true });
+    document.querySelector('[data-choice=speed] [value="128"]').click();
+  });
+  await tab.locator('.card', { hasText: 'ball' }).click();
+  await complete(tab);
+  const seen = await tab.evaluate(() => globalThis.seen);
+  assert.ok(new Set(seen.map(([triangles]) => triangles)).size >= 2, `levels seen: ${seen}`);
+  assert.ok(seen.every(([, error], i) => i === 0 || error <= seen[i - 1][1]));
+  assert.ok(seen.length >= 6, `${seen.length} refinements`);
+  assert.match(await figure(tab, 'Bytes'), new RegExp(`of ${(size / 1024).toFixed(size < 10240 ? 1 : 0)} KB`));
+  await settle(tab);
+  await looksLike(tab, 'viewer');
+});
+
+test('the limiter makes the link as slow as it says', async () => {
+  await open('ball');
+  const begun = Date.now();
+  await tab.click('[data-choice=speed] [value="128"]');
+  await tab.click('#again');
+  await tab.waitForSelector('#status[data-kind=streaming]');
+  await complete(tab);
+  const least = (size / (128000 / 8)) * 1000;
+  assert.ok(Date.now() - begun > 0.8 * least, `${Date.now() - begun} ms for ${size} bytes`);
+});
+
+test('sliders of level and layer choose what is drawn', async () => {
+  await open('ball');
+  const whole = await stagePixels(tab);
+  await tab.fill('#level', '0');
+  await tab.waitForFunction(() => document.querySelector('[data-stat="Level"] dd').firstChild.data === '0');
+  const base = await figure(tab, 'Triangles');
+  assert.ok(parseFloat(base) < 2000, base);
+  await changes(tab, whole, 0.005);
+  await tab.fill('#level', await tab.getAttribute('#level', 'max'));
+  const error = await figure(tab, 'Error');
+  await tab.fill('#layer', '2');
+  await tab.waitForFunction((before) => document.querySelector('[data-stat="Error"] dd').innerText !== before, error);
+  assert.ok(parseFloat(await figure(tab, 'Error')) > parseFloat(error));
+  await tab.fill('#layer', await tab.getAttribute('#layer', 'max'));
+  await tab.waitForFunction((before) => document.querySelector('[data-stat="Error"] dd').innerText === before, error);
+  await isAgain(tab, whole);
+});
+
+test('the plot goes back to any number of bytes, by pointer and by key', async () => {
+  await open('ball');
+  const error = parseFloat(await figure(tab, 'Error'));
+  const plot = await tab.locator('#plot').boundingBox();
+  await tab.mouse.click(plot.x + 0.3 * plot.width, plot.y + 0.5 * plot.height);
+  await tab.waitForFunction((before) => parseFloat(document.querySelector('[data-stat="Error"] dd').innerText) > before, error);
+  assert.ok(parseFloat(await figure(tab, 'Bytes')) < size / 1024);
+  await looksLike(tab.locator('#plotBox'), 'plot', 0.06);
+  await tab.focus('#plot');
+  await tab.keyboard.press('End');
+  await tab.waitForFunction((before) => parseFloat(document.querySelector('[data-stat="Error"] dd').innerText) === before, error);
+});
+
+test('wireframe, base edges and flat shading show, by button and by key', async () => {
+  await open('ball');
+  const plain = await stagePixels(tab);
+  await tab.click('[data-toggle=edges]');
+  await changes(tab, plain, 0.05);
+  await tab.keyboard.press('b');
+  await tab.fill('#level', '1');
+  await tab.waitForFunction(() => document.querySelector('[data-stat="Level"] dd').firstChild.data === '1');
+  await tab.waitForTimeout(1000);
+  await looksLike(tab, 'wireframe');
+  await tab.keyboard.press('w');
+  await tab.keyboard.press('b');
+  await tab.fill('#level', await tab.getAttribute('#level', 'max'));
+  await isAgain(tab, plain);
+  await tab.click('[data-choice=shading] [value=flat]');
+  await changes(tab, plain, 0.02);
+});
+
+test('mouse, wheel and keys turn, move and bring nearer; a double click puts it back', async () => {
+  await open('ball');
+  const stage = await tab.locator('#stage').boundingBox();
+  const [x, y] = [stage.x + 300, stage.y + 250];
+  const home = await stagePixels(tab);
+  const drag = async (options) => {
+    await tab.mouse.move(x, y);
+    await tab.mouse.down(options);
+    await tab.mouse.move(x + 120, y + 40, { steps: 4 });
+    await tab.mouse.up(options);
+  };
+  for (const act of [() => drag(), () => drag({ button: 'right' }), () => tab.mouse.wheel(0, -400),
+    () => tab.keyboard.press('ArrowLeft'), () => tab.keyboard.press('Shift+ArrowUp'), () => tab.keyboard.press('+')]) {
+    await tab.mouse.move(x, y);
+    await act();
+    await changes(tab, home, 0.01, String(act));
+    await tab.mouse.dblclick(x, y);
+    await isAgain(tab, home, `after ${act}`);
+  }
+});
+
+test('two fingers bring it nearer', async () => {
+  await open('ball');
+  const home = await stagePixels(tab);
+  const cdp = await tab.context().newCDPSession(tab);
+  const touch = (type, ...points) =>
+    cdp.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  await touch('touchStart', [300, 300], [360, 300]);
+  for (let i = 1; i <= 5; i++) await touch('touchMove', [300 - 12 * i, 300], [360 + 12 * i, 300]);
+  await touch('touchEnd');
+  await changes(tab, home, 0.02);
+});
+
+for (const via of ['http', 'ws'])
+  test(`killed in the middle and started again, the server goes on where it was (${via})`, async () => {
+    const ranges = [];
+    tab.on('request', (request) => ranges.push(request.headers().range));
+    await tab.goto(server.url);
+    await tab.evaluate((v) => {
+      document.querySelector('[data-choice=speed] [value="128"]').click();
+      document.querySelector(`[data-choice=via] [value="${v}"]`).click();
+    }, via);
+    await tab.goto(`${server.url}#ball`);
+    await tab.waitForSelector('[data-stat="Triangles"]');
+    await server.kill();
+    await tab.waitForSelector('#banner[data-kind=lost]:not([hidden])', { timeout: 20000 });
+    assert.match(await tab.innerText('#banner'), /server is away/);
+    const held = parseFloat(await figure(tab, 'Bytes'));
+    assert.ok(held > 0 && held < size / 1024);
+    await server.start();
+    await complete(tab);
+    if (via === 'http') assert.ok(ranges.some((range) => /^bytes=[1-9]\d*-/.test(range ?? '')), String(ranges));
+    assert.equal(await tab.locator('#banner[data-kind=lost]:not([hidden])').count(), 0);
+  });
+
+test('over a WebSocket the same model arrives', async () => {
+  await open('ball');
+  const triangles = await figure(tab, 'Triangles');
+  const error = await figure(tab, 'Error');
+  const sockets = [];
+  tab.on('websocket', (socket) => sockets.push(socket.url()));
+  await tab.click('[data-choice=via] [value=ws]');
+  await tab.waitForSelector('#status:not([data-kind=complete])');
+  await complete(tab);
+  assert.equal(await figure(tab, 'Triangles'), triangles);
+  assert.equal(await figure(tab, 'Error'), error);
+});
+
+test('the gallery says that the server is away, and comes back with it', async () => {
+  await tab.goto(server.url);
+  await tab.waitForSelector('.card');
+  await tab.goto(`${server.url}#ball`);
+  await server.kill();
+  await tab.evaluate(() => (location.hash = ''));
+  await tab.waitForSelector('#nothing:not([hidden])');
+  assert.match(await tab.innerText('#nothing'), /does not answer/);
+  await server.start();
+  await tab.waitForSelector('#nothing', { state: 'hidden', timeout: 20000 });
+});
+
+test('a model that is not there is said to be so', async () => {
+  await tab.goto(`${server.url}#no/such`);
+  await tab.waitForSelector('#banner[data-kind=failed]:not([hidden])');
+  assert.match(await tab.innerText('#banner'), /cannot be shown.*404/);
+  tab.faults.length = 0; // the browser reports the 404 as well
+});
+
+test('on a phone nothing sticks out, and the controls fold', async () => {
+  await tab.context().close();
+  tab = await openTab(browser, { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
+  await open('ball');
+  const widths = () => tab.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+  assert.deepEqual(await widths(), [390, 390]);
+  assert.equal(await tab.isVisible('#controls'), false);
+  await settle(tab);
+  await looksLike(tab, 'phone');
+  await tab.tap('#fold');
+  assert.equal(await tab.isVisible('#controls'), true);
+  assert.deepEqual(await widths(), [390, 390]);
+  await tab.tap('#home');
+  await tab.waitForSelector('.card');
+  assert.deepEqual(await widths(), [390, 390]);
+});
+
+test('light and dark: by the system, then by choice, which is remembered', async () => {
+  await tab.goto(server.url);
+  assert.equal(await tab.getAttribute('html', 'data-theme'), 'dark');
+  await tab.click('#theme');
+  await tab.reload();
+  assert.equal(await tab.getAttribute('html', 'data-theme'), 'light');
+  await open('ball');
+  await settle(tab);
+  await looksLike(tab, 'light');
+});
+
+test('our own work holds the main thread for at most 16 ms at a time', async () => {
+  await open('ball', false);
+  await complete(tab);
+  for (let i = 0; i < 10; i++) await tab.keyboard.press('ArrowRight');
+  await tab.fill('#level', '2');
+  await settle(tab);
+  const work = await tab.evaluate(async () => (await import('./work.js')).work);
+  const late = work.times.filter((time) => time > 16);
+  assert.ok(work.times.length > 20);
+  // On a machine that does other things, a moment's absence is not our work: it hits one task, not several.
+  assert.ok(late.length <= 1, `${late.length} of ${work.times.length} over 16 ms, the longest ${work.longest} (${work.name})`);
+});
