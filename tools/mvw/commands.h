@@ -22,6 +22,7 @@ void add_verify(CLI::App& app);
 void add_bench(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_fetch(CLI::App& app);
+void add_paper(CLI::App& app);
 void add_serve(CLI::App& app);
 void add_token(CLI::App& app);
 void add_subdivide(CLI::App& app);

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
     add_token(app);
     add_view(app);
     add_subdivide(app);
+    add_paper(app);
     add_bench(app);
     try {
         app.parse(argc, argv);

@@ -177,9 +177,10 @@ void deinterleave(const Layout& fine, const float* fine_v, const Layout& coarse,
 
 template <int W>
 Kernels table_of() {
-    return {lift<W>, predict<W>,    predict_along_normal<W>, normals<W>,      shape<W>,
-            turn<W>, interleave<W>, deinterleave<W>,         load_runs<W>,    store_runs<W>,
-            copy<W>, add_back<W>,   load_points<W>,          store_points<W>, clear_points<W>};
+    return {lift<W>,       predict<W>,    predict_along_normal<W>, normals<W>,      shape<W>,
+            turn<W>,       interleave<W>, deinterleave<W>,         load_runs<W>,    store_runs<W>,
+            copy<W>,       add_back<W>,   load_points<W>,          store_points<W>, clear_points<W>,
+            lift_listed<W>};
 }
 Kernels table8() {
     return table_of<8>();
@@ -231,20 +232,32 @@ Keep keep_at(int i, int k, int n) {
 LiftProgram make_lift_program(const Layout& layout) {
     const int n = layout.n;
     LiftProgram program;
+    struct Entry {
+        LiftProgram::Point point;
+        std::vector<std::uint32_t> edges;
+    };
+    std::vector<Entry> entries;
     const auto add = [&](int i, int k) {
-        LiftProgram::Point point{layout.at(i, k), keep_at(i, k, n), {}};
+        Entry entry{{layout.at(i, k), keep_at(i, k, n), {}}, {}};
         for (std::size_t c = 0; c < 4; ++c)
             for (std::size_t e = kClassStart[c]; e < kClassStart[c + 1]; ++e) {
                 const int a = i + kLiftedBy[e].i, b = k + kLiftedBy[e].k;
                 if (a < 0 || b < 0 || a + b >= n) continue;
-                program.edges.push_back(layout.edge(kLiftedBy[e].plane, a, b));
-                ++point.count[c];
+                entry.edges.push_back(layout.edge(kLiftedBy[e].plane, a, b));
+                ++entry.point.count[c];
             }
-        program.points.push_back(point);
+        entries.push_back(std::move(entry));
     };
     for (int i = -1; i <= n; ++i)
         for (int k = i < 0 ? 1 : i == 0 ? 0 : -1; k <= (i <= 0 ? n : n + 1 - i); ++k)
             if (i < 2 || k < 2 || i + k > n - 2) add(i, k);
+    // Points of equal counts one after the other: the kernel's loops are then easy to foresee.
+    std::stable_sort(entries.begin(), entries.end(),
+                     [](const Entry& a, const Entry& b) { return a.point.count < b.point.count; });
+    for (const Entry& entry : entries) {
+        program.points.push_back(entry.point);
+        program.edges.insert(program.edges.end(), entry.edges.begin(), entry.edges.end());
+    }
     return program;
 }
 

@@ -43,6 +43,20 @@ struct Copy {
     std::uint32_t to, from;
 };
 
+/// A vertex that listed edges lift, and where its sources end; the weight of one of them.
+struct LiftTarget {
+    std::uint32_t vertex;
+    std::uint32_t last_source;
+};
+struct LiftSource {
+    std::uint32_t listed;  // which edge
+    float weight;
+};
+/// The detail of a listed edge, as wide as a vector.
+struct alignas(16) ListedDetail {
+    float x = 0, y = 0, z = 0, unused = 0;
+};
+
 /// Pointers are to one group. Ghosts of vertices that a kernel reads must be filled. Listed edges, base vertices and
 /// what the patch does not own come out wrong: lists and copies put that right.
 struct Kernels {
@@ -79,6 +93,9 @@ struct Kernels {
     void (*load_points)(std::span<const std::uint32_t> places, const Vec3f* from, float* to);
     void (*store_points)(std::span<const std::uint32_t> places, const float* from, Vec3f* to);
     void (*clear_points)(std::span<const std::uint32_t> places, float* to);
+    /// v += sign * sum of w d for these targets, whose sources start at `source`.
+    void (*lift_listed)(std::span<const LiftTarget> targets, std::span<const LiftSource> sources, std::uint32_t source,
+                        const ListedDetail* listed, float sign, float* v);
 };
 
 /// For this machine and groups of so many lanes (8, 4 or 1).

@@ -15,6 +15,11 @@ void put(float* to, unsigned lanes, const Vec3f& value) {
     to[2 * lanes] = value.z;
 }
 
+void add_to(ListedDetail& d, const Vec3f& more) {
+    d.x += more.x;
+    d.y += more.y;
+    d.z += more.z;
+}
 std::span<const Copy> of_patch(const std::vector<Copy>& copies, const PatchRuns& first, std::uint32_t f) {
     return std::span(copies).subspan(first[f], first[f + 1] - first[f]);
 }
@@ -49,14 +54,9 @@ void PatchTransform::State::collect(const LevelPlan& plan, std::uint32_t f, floa
 
 void PatchTransform::State::lift_listed(const LevelPlan& plan, std::uint32_t f, const Field& field, float sign,
                                         float* v) const {
-    std::uint32_t source = plan.first_target[f] == 0 ? 0 : plan.targets[plan.first_target[f] - 1].last_source;
-    for (std::uint32_t t = plan.first_target[f]; t < plan.first_target[f + 1]; ++t) {
-        Vec3f sum;
-        for (; source < plan.targets[t].last_source; ++source)
-            sum += field.listed[plan.sources[source].listed] * plan.sources[source].weight;
-        float* at = v + plan.targets[t].vertex;
-        put(at, lanes_, get(at, lanes_) + sum * sign);
-    }
+    const std::uint32_t first = plan.first_target[f], last = plan.first_target[f + 1];
+    kernels().lift_listed(std::span(plan.targets).subspan(first, last - first), plan.sources,
+                          first == 0 ? 0 : plan.targets[first - 1].last_source, field.listed.data(), sign, v);
 }
 
 void PatchTransform::State::fold_boundary(const LevelPlan& plan, std::uint32_t f, float* v) const {
@@ -131,14 +131,16 @@ void PatchTransform::State::set_sharp_shapes(const LevelPlan& plan, std::uint32_
 void PatchTransform::State::hide_listed(const LevelPlan& plan, std::uint32_t f, Field& field) const {
     for (std::uint32_t e = plan.first_listed[f]; e < plan.first_listed[f + 1]; ++e) {
         float* at = field.details.data() + plan.listed[e].edge;
-        field.listed[e] = get(at, lanes_);
+        const Vec3f d = get(at, lanes_);
+        field.listed[e] = {d.x, d.y, d.z};
         put(at, lanes_, {});
     }
 }
 
 void PatchTransform::State::show_listed(const LevelPlan& plan, std::uint32_t f, Field& field) const {
     for (std::uint32_t e = plan.first_listed[f]; e < plan.first_listed[f + 1]; ++e)
-        put(field.details.data() + plan.listed[e].edge, lanes_, field.listed[e]);
+        put(field.details.data() + plan.listed[e].edge, lanes_,
+            {field.listed[e].x, field.listed[e].y, field.listed[e].z});
 }
 
 /// On sides that others own.
@@ -190,7 +192,7 @@ void PatchTransform::State::predict_listed(const LevelPlan& plan, std::uint32_t 
                 normalized(get(normals_.data() + edge.ends[0], lanes_) + get(normals_.data() + edge.ends[1], lanes_));
             P = m + n * dot(n, P - m);
         }
-        positions_.listed[e] += P * sign;
+        add_to(positions_.listed[e], P * sign);
         put(positions_.details.data() + edge.edge, lanes_, {});  // where the kernel predicted too
     }
 }
@@ -213,7 +215,7 @@ void PatchTransform::State::predict_second_listed(const LevelPlan& plan, std::ui
         Vec3f P;
         for (; term < plan.listed[e].last_term; ++term)
             P += get(v + plan.terms[term].vertex, lanes_) * plan.terms[term].shape;
-        second_.listed[e] += P * sign;
+        add_to(second_.listed[e], P * sign);
         put(second_.details.data() + plan.listed[e].edge, lanes_, {});
     }
 }

@@ -53,7 +53,7 @@ struct PatchTransform::State {
         Floats shares;                // updates only: the lift before it is known to be all there
         Floats evens;                 // Loop only: vertices after the even rule
         Floats details;
-        std::vector<Vec3f> listed;  // details of listed edges while they lie apart
+        std::vector<ListedDetail> listed;  // details of listed edges while they lie apart
     };
     /// What lies across a side of a patch.
     struct Link {

@@ -413,7 +413,7 @@ std::size_t PatchTransform::State::memory_bytes() const {
     std::size_t floats = normals_.size() + shapes_.size() + keep_.size() + 3 * loop_specials_.size() +
                          around_.first.size() + around_.next.size() + 2 * links_.size();
     for (const Field* field : {&positions_, &second_}) {
-        floats += field->shares.size() + field->evens.size() + field->details.size() + 3 * field->listed.size();
+        floats += field->shares.size() + field->evens.size() + field->details.size() + 4 * field->listed.size();
         for (const auto& level : field->arrived) floats += level.size();
         for (const auto& level : field->lifted) floats += level.size();
     }

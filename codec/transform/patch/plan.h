@@ -27,16 +27,6 @@ struct ListedTerm {
     float position, shape;
 };
 
-/// A vertex that listed edges lift.
-struct LiftTarget {
-    std::uint32_t vertex;
-    std::uint32_t last_source;
-};
-struct LiftSource {
-    std::uint32_t listed;  // which edge
-    float weight;
-};
-
 /// A base vertex: where its ring lies.
 struct Corner {
     std::uint32_t vertex;          // in its owner; kNone where no face has it

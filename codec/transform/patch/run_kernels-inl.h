@@ -106,6 +106,26 @@ void clear_points(std::span<const std::uint32_t> places, float* to) {
     for (const std::uint32_t place : places) to[place] = to[place + W] = to[place + 2 * W] = 0;
 }
 
+template <int W>
+void lift_listed(std::span<const LiftTarget> targets, std::span<const LiftSource> sources, std::uint32_t source,
+                 const ListedDetail* listed, float sign, float* v) {
+    constexpr int N = kLanes<4>;
+    const Floats<4> tag;
+    for (const LiftTarget& target : targets) {
+        Pack<4> sum[4 / N];
+        for (int p = 0; p < 4 / N; ++p) sum[p] = hn::Zero(tag);
+        for (; source < target.last_source; ++source) {
+            const Pack<4> weight = hn::Set(tag, sources[source].weight);
+            const float* detail = &listed[sources[source].listed].x;
+            for (int p = 0; p < 4 / N; ++p) sum[p] = hn::MulAdd(weight, load<4>(detail + p * N), sum[p]);
+        }
+        HWY_ALIGN float out[4];
+        for (int p = 0; p < 4 / N; ++p) store<4>(hn::Mul(sum[p], hn::Set(tag, sign)), out + p * N);
+        float* to = v + target.vertex;
+        to[0] += out[0], to[W] += out[1], to[2 * W] += out[2];
+    }
+}
+
 }  // namespace mvw::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
