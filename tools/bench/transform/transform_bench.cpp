@@ -1,6 +1,8 @@
 // Speed of the production transform, as ratios within one run: to a memcpy of the final positions, of interp to vector,
-// of one thread to two, and nanoseconds a vertex from 10^5 to 10^7. Run: mvw_bench_transform
+// of one thread to two, and nanoseconds a vertex from 10^5 to 10^7. Run: mvw_bench_transform [--portable]
+// (--portable: as on an x86-64 without AVX; must come first)
 #include <benchmark/benchmark.h>
+#include <hwy/targets.h>
 
 #include <cmath>
 #include <cstdio>
@@ -46,7 +48,7 @@ constexpr Size kSizes[] = {{"1e5", 7, 14, 5}, {"258k", 14, 18, 5}, {"1e6", 31, 3
 /// A transform with coefficients of a bumpy torus; each kept for the runs that share it, one at a time.
 struct Case {
     mvw::PatchTransform transform;
-    std::vector<Vec3f> positions, coefficients;
+    std::vector<Vec3f> positions, coefficients, second;  // second: of the vector transform alone
 };
 
 Case& make_case(const Size& size, TransformKind kind, bool frames, unsigned threads) {
@@ -59,8 +61,9 @@ Case& make_case(const Size& size, TransformKind kind, bool frames, unsigned thre
     const mvw::BaseMesh base = torus(size.w, size.h);
     const auto V = static_cast<std::size_t>(vertices_at_level(base, size.levels));
     const mvw::TransformOptions options{.kind = kind, .local_frames = frames};
-    kept = std::make_unique<Case>(Case{mvw::PatchTransform(base, size.levels, options, {}, threads),
-                                       std::vector<Vec3f>(V), std::vector<Vec3f>(V)});
+    kept =
+        std::make_unique<Case>(Case{mvw::PatchTransform(base, size.levels, options, {}, threads), std::vector<Vec3f>(V),
+                                    std::vector<Vec3f>(V), std::vector<Vec3f>(kind == TransformKind::Vector ? V : 0)});
     std::mt19937 random(2);
     for (std::size_t v = 0; v < V; ++v) {
         Vec3f& c = kept->coefficients[v];
@@ -91,14 +94,16 @@ void copy(benchmark::State& state, const Size& size) {
 
 void synthesis(benchmark::State& state, const Size& size, TransformKind kind, bool frames, unsigned threads) {
     Case& c = make_case(size, kind, frames, threads);
-    for (auto _ : state) c.transform.synthesize(c.coefficients, size.levels, c.positions);
+    std::vector<Vec3f> second(c.second.size());
+    for (auto _ : state) c.transform.synthesize(c.coefficients, size.levels, c.positions, c.second, second);
     report(state, c.positions.size());
 }
 
 void analysis(benchmark::State& state, const Size& size, TransformKind kind, bool frames, unsigned threads) {
     Case& c = make_case(size, kind, frames, threads);
     std::vector<Vec3f> coefficients(c.positions.size());
-    for (auto _ : state) c.transform.analyze(c.positions, coefficients);
+    std::vector<Vec3f> second(c.second.size());
+    for (auto _ : state) c.transform.analyze(c.positions, coefficients, second);
     report(state, c.positions.size());
 }
 
@@ -143,9 +148,13 @@ int main(int argc, char** argv) {
     };
     for (const Size& size : kSizes) {
         options(benchmark::RegisterBenchmark((std::string("memcpy/") + size.name).c_str(), copy, size));
-        for (const TransformKind kind : {TransformKind::Interp, TransformKind::SeededNormal})
+        for (const TransformKind kind : {TransformKind::Interp, TransformKind::Vector, TransformKind::SeededNormal})
             for (const unsigned threads : {1u, 2u})
                 add(std::string(transform_name(kind)), size, kind, kind == TransformKind::SeededNormal, threads);
+    }
+    if (argc > 1 && std::string(argv[1]) == "--portable") {
+        hwy::DisableTargets(HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL);
+        --argc, ++argv;
     }
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
@@ -159,6 +168,9 @@ int main(int argc, char** argv) {
             ratios.print("synthesis " + at + " / memcpy", "synthesis/" + one, std::string("memcpy/") + size.name);
             ratios.print("analysis " + at + " / synthesis", "analysis/" + one, "synthesis/" + one);
             ratios.print("synthesis " + at + " 1 thread / 2", "synthesis/" + one, "synthesis/" + two);
+            if (kind == "interp")
+                ratios.print("synthesis vector / interp " + std::string(size.name),
+                             std::string("synthesis/vector/") + size.name + "/threads:1", "synthesis/" + one);
         }
     return 0;
 }
