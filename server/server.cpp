@@ -8,8 +8,9 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 
+#include <pthread.h>
+#include <signal.h>
 #include <algorithm>
-#include <csignal>
 #include <thread>
 #include <vector>
 
@@ -31,6 +32,15 @@ void raise_descriptor_limit() {
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
     limit.rlim_cur = limit.rlim_max;
     ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+// sendfile() to a peer that has gone raises SIGPIPE, whose default ends the process; its error says the same. Of this
+// thread alone: the rest of the process is not ours.
+void block_broken_pipes() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
 // Tells what came, went and changed between two lists, both by name.
@@ -150,7 +160,11 @@ class Server::Impl {
         scan_later();
         const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
         const unsigned threads = options_.threads != 0 ? options_.threads : std::min(4u, cores);
-        for (unsigned i = 0; i < threads; ++i) threads_.emplace_back([this] { io_.run(); });
+        for (unsigned i = 0; i < threads; ++i)
+            threads_.emplace_back([this] {
+                block_broken_pipes();
+                io_.run();
+            });
         return {};
     }
 

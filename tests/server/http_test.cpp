@@ -174,6 +174,20 @@ TEST_F(HttpTest, FileOverwrittenWhileItIsSentEndsShort) {
     EXPECT_LT(head.size() + rest.size(), file.size());
 }
 
+TEST_F(HttpTest, PeersThatVanishInMidAnswerAreSurvived) {
+    folder_.put("a.mvw", make_stream_file({.payload_bytes = 100'000}));
+    start();
+    for (int i = 0; i < 20; ++i) {
+        tcp::socket socket = connect();
+        send(socket, get("/models/a.mvw"));
+        std::string text(100, ' ');
+        boost::asio::read(socket, boost::asio::buffer(text));
+        socket.set_option(boost::asio::socket_base::linger(true, 0));
+    }
+    EXPECT_TRUE(connections_become(0));
+    EXPECT_TRUE(ask(get("/healthz", "Connection: close\r\n")).starts_with("HTTP/1.1 200"));
+}
+
 TEST_F(HttpTest, DrainFinishesTheAnswerAndClosesTheIdle) {
     const Bytes file = make_stream_file({.payload_bytes = 400'000});
     folder_.put("a.mvw", file);

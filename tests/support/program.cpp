@@ -46,6 +46,10 @@ void write_text(const std::string& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
 }
 
+std::string mvw_program() {
+    return MVW_PROGRAM;
+}
+
 std::string test_data_folder() {
     return MVW_TEST_DATA;
 }

@@ -13,6 +13,9 @@ struct ProgramRun {
 /// Runs build/mvw with these arguments and no standard input, and waits for it.
 ProgramRun run_mvw(const std::vector<std::string>& arguments);
 
+/// Path of build/mvw.
+std::string mvw_program();
+
 /// tests/data, without a slash at its end.
 std::string test_data_folder();
 

@@ -38,13 +38,6 @@ double psnr_of(const Mesh& mesh, const Mesh& other) {
     return surface_error(mesh, other, options).psnr;
 }
 
-/// In the unit that floats resolve well: box centred, diagonal 1.
-Mesh normalised(Mesh mesh) {
-    const Box box = bounding_box(mesh);
-    for (Vec3& p : mesh.positions) p = (p - box.center()) / box.diagonal();
-    return mesh;
-}
-
 Bytes to_raw(const Mesh& mesh) {
     const std::uint32_t head[2] = {static_cast<std::uint32_t>(mesh.positions.size()),
                                    static_cast<std::uint32_t>(mesh.faces.size())};
@@ -87,11 +80,22 @@ Result<void> run_or_explain(const std::vector<std::string>& arguments, const cha
     return {};
 }
 
-Result<void> simplify(const Mesh& mesh, const std::string& simplifier, const std::string& scratch) {
+Result<void> simplify(const Mesh& mesh, const std::string& simplifier, const std::string& scratch,
+                      const std::vector<double>& shares) {
     if (auto written = write_file(scratch + "/input.raw", to_raw(mesh)); !written) return written.error();
     std::vector<std::string> arguments{"node", simplifier, scratch + "/input.raw", scratch + "/lod"};
-    for (std::size_t k = 0; k < kShares; ++k) arguments.push_back(fmt::format("{:.6f}", share(k)));
+    for (const double s : shares) arguments.push_back(fmt::format("{:.6f}", s));
     return run_or_explain(arguments, "needs node, and npm install in tools/bench");
+}
+
+/// What the simplifier wrote as number k, as a mesh file; no name where nothing was left of the mesh.
+Result<std::string> lod_as_ply(const std::string& scratch, std::size_t k) {
+    const auto lod = from_raw(fmt::format("{}/lod{}.raw", scratch, k));
+    if (!lod) return lod.error();
+    if (lod->faces.empty()) return std::string();
+    std::string file = fmt::format("{}/lod{}.ply", scratch, k);
+    if (auto written = write_mesh(file, *lod); !written) return written.error();
+    return file;
 }
 
 /// Codes `lod` with `bits` and measures what comes back.
@@ -180,21 +184,42 @@ void add_rows(Table& table, const std::string& name, const Curves& curves) {
 }  // namespace
 
 Result<std::vector<RatePoint>> lod_hull(const Mesh& mesh, const std::string& simplifier, const std::string& scratch) {
-    if (auto run = simplify(mesh, simplifier, scratch); !run) return run.error();
+    std::vector<double> shares;
+    for (std::size_t k = 0; k < kShares; ++k) shares.push_back(share(k));
+    if (auto run = simplify(mesh, simplifier, scratch, shares); !run) return run.error();
     std::vector<RatePoint> points;
     for (std::size_t k = 0; k < kShares; ++k) {
-        const auto lod = from_raw(fmt::format("{}/lod{}.raw", scratch, k));
-        if (!lod) return lod.error();
-        if (lod->faces.empty()) continue;
-        const std::string file = fmt::format("{}/lod{}.ply", scratch, k);
-        if (auto written = write_mesh(file, *lod); !written) return written.error();
+        const auto file = lod_as_ply(scratch, k);
+        if (!file) return file.error();
+        if (file->empty()) continue;
         for (int bits = kFewestBits; bits <= kMostBits; ++bits) {
-            auto point = draco_point(mesh, file, bits, share(k));
+            auto point = draco_point(mesh, *file, bits, share(k));
             if (!point) return point.error();
             points.push_back(std::move(point).value());
         }
     }
     return keep_best(std::move(points));
+}
+
+Mesh normalised(Mesh mesh) {
+    const Box box = bounding_box(mesh);
+    for (Vec3& p : mesh.positions) p = (p - box.center()) / box.diagonal();
+    return mesh;
+}
+
+Result<std::vector<LodFile>> draco_chain(const Mesh& mesh, const std::string& simplifier, const std::string& scratch) {
+    const std::vector<double> shares{0.01, 0.04, 0.16, 1};
+    if (auto run = simplify(mesh, simplifier, scratch, shares); !run) return run.error();
+    std::vector<LodFile> chain;
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+        const auto file = lod_as_ply(scratch, k);
+        if (!file) return file.error();
+        if (file->empty()) continue;
+        const auto point = draco_point(mesh, *file, kFewestBits + static_cast<int>(k), shares[k]);
+        if (!point) return point.error();
+        chain.push_back({*file + ".drc", point->bytes, point->psnr});
+    }
+    return chain;
 }
 
 Result<std::vector<RatePoint>> prefix_points(const Mesh& mesh, const std::string& mvw_file) {

@@ -24,6 +24,20 @@ struct RatePoint {
 /// beside `simplifier`, and the program draco_encoder; Io names what is missing. scratch: a folder for its files.
 Result<std::vector<RatePoint>> lod_hull(const Mesh& mesh, const std::string& simplifier, const std::string& scratch);
 
+/// One file of a chain of levels of detail.
+struct LodFile {
+    std::string path;
+    std::uint64_t bytes = 0;
+    double psnr = 0;
+};
+
+/// What a page without progressive coding downloads one after the other: 1, 4, 16 and 100 % of the faces by Draco's
+/// best level at 8, 9, 10 and 11 bits; the last one is the whole Draco file. Needs what lod_hull() needs.
+Result<std::vector<LodFile>> draco_chain(const Mesh& mesh, const std::string& simplifier, const std::string& scratch);
+
+/// Box centred, diagonal 1: in the unit that floats resolve well.
+Mesh normalised(Mesh mesh);
+
 /// Prefixes of a .mvw file from 0.1 to 6 bits per vertex of `mesh`, and the whole file.
 Result<std::vector<RatePoint>> prefix_points(const Mesh& mesh, const std::string& mvw_file);
 

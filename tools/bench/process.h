@@ -31,6 +31,7 @@ class BackgroundProcess {
 
     /// The first line that it prints, without its end; what there is of it where the program ends or `seconds` pass.
     std::string first_line(double seconds);
+    [[nodiscard]] pid_t pid() const { return child_; }
 
  private:
     BackgroundProcess(pid_t child, int output) : child_(child), output_(output) {}

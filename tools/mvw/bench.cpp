@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/bench/cuts.h"
+#include "tools/bench/load.h"
 #include "tools/bench/lod_hull.h"
 #include "tools/bench/models.h"
+#include "tools/bench/network.h"
 #include "tools/mvw/commands.h"
 
 namespace mvw::cli {
@@ -25,6 +27,11 @@ struct CutsArguments {
 
 struct LodHullArguments {
     bench::LodHullOptions options;
+    bool json = false;
+};
+
+struct NetworkArguments {
+    bench::NetworkOptions options;
     bool json = false;
 };
 
@@ -64,6 +71,72 @@ void bench_lod_hull(LodHullArguments& arguments) {
 void bench_cuts(CutsArguments& arguments) {
     arguments.options.say = say_on_errors;
     print(bench::run_cuts(arguments.options), "models", arguments.json);
+}
+
+void bench_network(NetworkArguments& arguments) {
+    arguments.options.say = say_on_errors;
+    print(bench::run_network(arguments.options), "cases", arguments.json);
+}
+
+void add_network(CLI::App& bench) {
+    auto arguments = std::make_shared<NetworkArguments>();
+    CLI::App* command = bench.add_subcommand(
+        "network", "Times the stream over shaped links against whole Draco files and chains of them");
+    command->footer("Example: mvw bench network bunny.ply --out results   (writes network.csv, network.md and plots)");
+    command->add_option("MESH", arguments->options.meshes, "Mesh files")->required();
+    command->add_option("--out", arguments->options.out, "Folder for the results")->required();
+    command->add_option("--rates", arguments->options.megabits, "Mbit/s")->capture_default_str();
+    command->add_option("--round-trips", arguments->options.round_trips_ms, "Milliseconds")->capture_default_str();
+    command->add_option("--simplifier", arguments->options.simplifier, "simplify.mjs, with its packages beside it")
+        ->capture_default_str();
+    command->add_flag("--json", arguments->json, "One JSON object: cases, a list of one object per link");
+    command->callback([arguments] { bench_network(*arguments); });
+}
+
+struct LoadArguments {
+    bench::LoadOptions options;
+    bool json = false;
+};
+
+void bench_load(const LoadArguments& arguments) {
+    print(bench::run_load(arguments.options), "measures", arguments.json);
+}
+
+void add_load(CLI::App& bench) {
+    auto arguments = std::make_shared<LoadArguments>();
+    CLI::App* command = bench.add_subcommand("load", "Measures mvw serve in a crowd, beside nginx with the same files");
+    command->footer("Example: mvw bench load models --clients 64 --streams 2000");
+    command->add_option("DIR", arguments->options.folder, "Folder of .mvw files")->required();
+    command->add_option("--idle", arguments->options.idle, "Idle connections")->capture_default_str();
+    command->add_option("--clients", arguments->options.clients, "HTTP connections at once")->capture_default_str();
+    command->add_option("--streams", arguments->options.streams, "Streams at once")->capture_default_str();
+    command->add_option("--seconds", arguments->options.seconds, "Of each throughput run")->capture_default_str();
+    command->add_option("--nginx", arguments->options.nginx, "The other server")->capture_default_str();
+    command->add_flag("--json", arguments->json, "One JSON object: measures, a list of one object per figure");
+    command->callback([arguments] { bench_load(*arguments); });
+}
+
+struct SoakArguments {
+    bench::SoakOptions options;
+    bool json = false;
+};
+
+void bench_soak(SoakArguments& arguments) {
+    arguments.options.say = say_on_errors;
+    print(bench::run_soak(arguments.options), "steps", arguments.json);
+}
+
+void add_soak(CLI::App& bench) {
+    auto arguments = std::make_shared<SoakArguments>();
+    CLI::App* command =
+        bench.add_subcommand("soak", "Lets badly behaved clients loose on mvw serve and watches its memory");
+    command->footer("Example: mvw bench soak models --seconds 1800   (fails where memory or descriptors grow)");
+    command->add_option("DIR", arguments->options.folder, "Folder of .mvw files")->required();
+    command->add_option("--seconds", arguments->options.seconds, "How long")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_flag("--json", arguments->json, "One JSON object: steps, a list of one object per look");
+    command->callback([arguments] { bench_soak(*arguments); });
 }
 
 void add_models(CLI::App& bench) {
@@ -112,12 +185,15 @@ void add_cuts(CLI::App& bench) {
 }  // namespace
 
 void add_bench(CLI::App& app) {
-    CLI::App* bench = app.add_subcommand("bench", "Measures the codec");
+    CLI::App* bench = app.add_subcommand("bench", "Measures the codec and the stream");
     bench->footer("Example: mvw bench models scans --out results");
     bench->require_subcommand(1);
     add_models(*bench);
     add_lod_hull(*bench);
     add_cuts(*bench);
+    add_network(*bench);
+    add_load(*bench);
+    add_soak(*bench);
 }
 
 }  // namespace mvw::cli

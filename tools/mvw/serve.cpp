@@ -3,6 +3,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -18,7 +19,7 @@ struct ServeArguments {
     std::string page, tls_cert, tls_key, tokens;
     std::size_t max_connections = server::ServerLimits{}.max_connections;
     std::size_t max_per_address = server::ServerLimits{}.max_connections_per_address;
-    double idle_seconds = 300;
+    double idle_seconds = 300, requests_per_second = server::ServerLimits{}.messages_per_second;
     unsigned threads = 0;
 };
 
@@ -72,6 +73,8 @@ void serve(const ServeArguments& arguments) {
     options.handle_signals = true;
     options.limits.max_connections = arguments.max_connections;
     options.limits.max_connections_per_address = arguments.max_per_address;
+    options.limits.message_burst = std::max(options.limits.message_burst, 4 * arguments.requests_per_second);
+    options.limits.messages_per_second = arguments.requests_per_second;
     options.limits.idle_time = std::chrono::milliseconds(static_cast<std::int64_t>(arguments.idle_seconds * 1000));
     options.log = make_log(arguments.log);
     const Result<std::unique_ptr<server::Server>> server = server::Server::start(options);
@@ -110,6 +113,11 @@ void add_serve(CLI::App& app) {
         ->capture_default_str();
     command->add_option("--idle", arguments->idle_seconds, "Seconds after which a silent client is closed")
         ->check(CLI::Range(1.0, 65535.0))
+        ->capture_default_str();
+    command
+        ->add_option("--max-requests", arguments->requests_per_second,
+                     "Messages or HTTP requests of one connection a second, on average")
+        ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command->add_option("--threads", arguments->threads, "0: one a core, at most 4")->capture_default_str();
     command->add_option("--log", arguments->log, "What is logged on standard error")
