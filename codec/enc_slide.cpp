@@ -1,5 +1,6 @@
 #include "codec/enc_slide.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "codec/measure/surface_error.h"
@@ -15,12 +16,53 @@ namespace {
 constexpr unsigned kRounds = 8;
 constexpr float kKept = 0.5f;          // of each tangential detail, a round
 constexpr double kSameSheet = 0.3;     // least cosine between the surface's normals before and after a vertex' move
+constexpr double kLeastGap = 0.15;     // between neighbours on a line, of what it was at first
 constexpr unsigned kUntanglings = 40;  // passes that take moves back; then the whole round is taken back
 constexpr double kMostLoss = 1.5;      // of the distance from the input, before to after
 constexpr std::uint32_t kSamples = 40'000;
 
 Vec3 scaled_normal(const std::vector<Vec3>& positions, const Face& f) {
     return cross(positions[f[1]] - positions[f[0]], positions[f[2]] - positions[f[0]]);
+}
+
+/// A boundary, crease or border between two base vertices: its finest vertices, and where they were at first.
+struct Curve {
+    std::vector<std::uint32_t> vertices;
+    std::vector<Vec3> points;
+
+    /// Place of the curve's point nearest to p: a point's number and the fraction of the way to the next.
+    [[nodiscard]] double nearest(const Vec3& p) const {
+        double best = 1e300, place = 0;
+        for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+            const Vec3 along = points[k + 1] - points[k];
+            const double squared = squared_length(along);
+            const double t = squared > 0 ? std::clamp(dot(p - points[k], along) / squared, 0.0, 1.0) : 0.0;
+            const double distance = squared_length(points[k] + along * t - p);
+            if (distance < best) best = distance, place = static_cast<double>(k) + t;
+        }
+        return place;
+    }
+    [[nodiscard]] Vec3 at(double place) const {
+        const std::size_t k = std::min(static_cast<std::size_t>(place), points.size() - 2);
+        return points[k] + (points[k + 1] - points[k]) * (place - static_cast<double>(k));
+    }
+};
+
+std::vector<Curve> curves_of(const SemiRegularMesh& mesh, const std::vector<std::uint8_t>& on_line,
+                             const std::vector<Vec3>& positions) {
+    std::vector<Curve> curves;
+    const std::uint32_t n = 1u << mesh.levels;
+    for (const BaseEdge& e : mesh.base.edges()) {
+        Curve curve;
+        for (std::uint32_t t = 0; t <= n; ++t) {
+            const std::uint32_t i = e.side[0] == 0 ? t : e.side[0] == 1 ? n - t : 0;
+            const std::uint32_t k = e.side[0] == 0 ? 0 : e.side[0] == 1 ? t : n - t;
+            curve.vertices.push_back(vertex_index(mesh.base, e.face[0], mesh.levels, i, k));
+            curve.points.push_back(positions[curve.vertices.back()]);
+        }
+        if (on_line[curve.vertices[n / 2]] != 0) curves.push_back(std::move(curve));
+    }
+    return curves;
 }
 
 /// The mesh's finest vertices on their way over the input, which lies in a box of unit diagonal around the origin.
@@ -36,6 +78,7 @@ class Slide {
           fixed_(line_vertices(mesh)),
           transform_(mesh.base, mesh.levels, options, mesh.creases, threads),
           positions_(std::move(positions)),
+          curves_(curves_of(mesh, fixed_, positions_)),
           on_(positions_.size()),
           moved_(positions_.size()) {
         normals_.reserve(input.faces.size());
@@ -61,6 +104,7 @@ class Slide {
                 moved_[v] = hit.point;
             }
         });
+        for (const Curve& curve : curves_) slide_along(curve, wanted, on);
         if (!untangle(on)) return;
         positions_.swap(moved_);
         on_.swap(on);
@@ -72,10 +116,9 @@ class Slide {
     [[nodiscard]] const std::vector<Face>& triangles() const { return triangles_; }
     [[nodiscard]] const std::vector<std::uint8_t>& fixed() const { return fixed_; }
 
-    /// Of the input where each vertex is; vertices that never moved keep theirs.
+    /// Of the input where each vertex is.
     void color(std::vector<Rgba8>& colors) const {
         for (std::size_t v = 0; v < colors.size(); ++v) {
-            if (fixed_[v] != 0) continue;
             const Face& f = input_.faces[on_[v].face];
             std::array<double, 4> sum{0.5, 0.5, 0.5, 0.5};
             for (std::size_t k = 0; k < 3; ++k) {
@@ -94,10 +137,28 @@ class Slide {
         std::vector<Vec3f> positions(positions_.size()), details(positions_.size());
         std::transform(positions_.begin(), positions_.end(), positions.begin(), to_float);
         transform_.analyze(positions, details);
-        for (std::size_t v = mesh_.base.vertex_count(); v < details.size(); ++v)
-            if (fixed_[v] == 0) details[v].y *= kKept, details[v].z *= kKept;
+        for (std::size_t v = mesh_.base.vertex_count(); v < details.size(); ++v) {
+            details[v].y *= kKept;
+            if (fixed_[v] == 0) details[v].z *= kKept;  // lines: along them alone
+        }
         transform_.synthesize(details, mesh_.levels, positions);
         return positions;
+    }
+
+    /// The inner vertices of a line, to the nearest points of where it was at first; all of them, or none where that
+    /// would change their order.
+    void slide_along(const Curve& curve, const std::vector<Vec3f>& wanted, std::vector<SurfacePoint>& on) {
+        std::vector<double> place(curve.vertices.size(), 0);
+        place.back() = static_cast<double>(curve.vertices.size() - 1);
+        for (std::size_t t = 1; t + 1 < place.size(); ++t)
+            place[t] = curve.nearest(to_double(wanted[curve.vertices[t]]));
+        for (std::size_t t = 1; t < place.size(); ++t)
+            if (place[t] < place[t - 1] + kLeastGap) return;
+        for (std::size_t t = 1; t + 1 < place.size(); ++t) {
+            const std::uint32_t v = curve.vertices[t];
+            moved_[v] = curve.at(place[t]);
+            on[v] = index_.closest(moved_[v], on_[v].face);
+        }
     }
 
     /// Whether a triangle looks to the side that the input does at its corners.
@@ -132,6 +193,7 @@ class Slide {
     std::vector<std::uint8_t> fixed_, upright_;
     PatchTransform transform_;
     std::vector<Vec3> positions_;
+    std::vector<Curve> curves_;
     std::vector<SurfacePoint> on_;  // where on the input each vertex is
     std::vector<Vec3> moved_;
 };
@@ -161,8 +223,9 @@ void slide(const Mesh& input, const TransformOptions& transform, unsigned thread
     fit(unit, slide.triangles(), slide.fixed(), fitting, positions);
     unfold(slide.triangles(), slide.fixed(), positions);
     if (distance_of(unit, slide.triangles(), positions, threads) > kMostLoss * before) return;
-    for (std::size_t v = 0; v < positions.size(); ++v)
-        if (slide.fixed()[v] == 0) mesh.positions[v] = positions[v] * box.diagonal() + box.center();
+    const std::vector<Vec3> start = to_unit(mesh.positions);
+    for (std::size_t v = 0; v < positions.size(); ++v)  // what has not moved keeps its very bits
+        if (!(positions[v] == start[v])) mesh.positions[v] = positions[v] * box.diagonal() + box.center();
     slide.color(mesh.colors);
 }
 

@@ -43,7 +43,7 @@ TEST(Slide, TangentialDetailsFallAndTheSurfaceStays) {
     EXPECT_LT(surface_error(input, plain(mesh), {20'000, 1}).rms, 1.5 * error);
 }
 
-TEST(Slide, VerticesOnCreasesStay) {
+TEST(Slide, VerticesOnCreasesStayOnThem) {
     SemiRegularMesh mesh = pushed_ball(4);
     mesh.creases.assign(mesh.base.edge_count(), 0);
     mesh.creases[2] = mesh.creases[5] = 1;
@@ -52,11 +52,18 @@ TEST(Slide, VerticesOnCreasesStay) {
     slide(plain(bumpy_ball(6)), {}, 1, mesh);
     std::size_t moved = 0;
     for (std::size_t v = 0; v < before.size(); ++v) {
-        const bool stayed = length(mesh.positions[v] - before[v]) == 0;
-        if (on_line[v]) {
-            EXPECT_TRUE(stayed) << "vertex " << v;
-        }
-        moved += !stayed;
+        moved += length(mesh.positions[v] - before[v]) > 0;
+        if (!on_line[v]) continue;
+        double nearest = 1;  // distance from the line as it was
+        for (std::size_t u = 0; u < before.size(); ++u)
+            for (std::size_t w = 0; on_line[u] && w < before.size(); ++w) {
+                const Vec3 along = before[w] - before[u];
+                if (!on_line[w] || length(along) > 0.2 || u == w) continue;
+                const double t =
+                    std::clamp(dot(mesh.positions[v] - before[u], along) / squared_length(along), 0.0, 1.0);
+                nearest = std::min(nearest, length(before[u] + along * t - mesh.positions[v]));
+            }
+        EXPECT_LT(nearest, 1e-9) << "vertex " << v;
     }
     EXPECT_GT(moved, before.size() / 2);
 }
