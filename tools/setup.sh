@@ -8,6 +8,7 @@ packages=(
     libtinyobjloader-dev libtinygltf-dev libtbb-dev libclang-rt-14-dev
     nginx-light varnish haproxy  # started by tests of server/deploy
     libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev
+    libglfw3-dev libimgui-dev xvfb xauth
     emscripten chromium fonts-dejavu-core
 )
 # Node may be there from elsewhere, with npm inside it.

@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <stb_image.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "codec/mesh/io/mesh_io.h"
 #include "tests/support/program.h"
@@ -43,6 +46,7 @@ TEST(ViewCommand, SaysWhatIsWrongWithItsArguments) {
     write_text(folder / "a.off", kTetrahedron);
     EXPECT_EQ(run_mvw({"view", folder / "a.off"}).exit_code, 2);
     EXPECT_THAT(run_mvw({"view", folder / "a.off"}).errors, testing::HasSubstr("--screenshot"));
+    EXPECT_EQ(run_mvw({"view", folder / "a.mvw", "--controls"}).exit_code, 2);
     for (const char* size : {"12", "12x", "x12", "12x12x", "0x10", "99999x10"}) {
         const ProgramRun run = run_mvw({"view", folder / "a.off", "--screenshot", folder / "b.png", "--size", size});
         EXPECT_EQ(run.exit_code, 2) << size;
@@ -59,6 +63,71 @@ TEST(ViewCommand, NamesTheFileThatItCannotReadOrWrite) {
     const ProgramRun nowhere = run_mvw({"view", folder / "a.off", "--screenshot", folder / "no/where.png"});
     EXPECT_EQ(nowhere.exit_code, 1);
     EXPECT_THAT(nowhere.errors, testing::HasSubstr(folder / "no/where.png"));
+}
+
+/// A display of its own, gone with the object.
+class VirtualDisplay {
+ public:
+    VirtualDisplay() {
+        display_ = ":" + std::to_string(400 + ::getpid() % 500);
+        pid_ = ::fork();
+        if (pid_ == 0) {
+            ::execlp("Xvfb", "Xvfb", display_.c_str(), "-screen", "0", "1000x700x24", "-nolisten", "tcp", nullptr);
+            ::_exit(127);
+        }
+        ::setenv("DISPLAY", display_.c_str(), 1);
+        const std::string socket = "/tmp/.X11-unix/X" + display_.substr(1);
+        for (int i = 0; i < 200 && ::access(socket.c_str(), F_OK) != 0; ++i) ::usleep(50'000);
+    }
+    ~VirtualDisplay() {
+        ::unsetenv("DISPLAY");
+        ::kill(pid_, SIGTERM);
+        ::waitpid(pid_, nullptr, 0);
+    }
+    VirtualDisplay(const VirtualDisplay&) = delete;
+    VirtualDisplay& operator=(const VirtualDisplay&) = delete;
+
+ private:
+    std::string display_;
+    pid_t pid_ = 0;
+};
+
+TEST(ViewCommand, AWindowShowsTheModelAndItsControls) {
+    const VirtualDisplay display;
+    const ScratchFolder folder;
+    const std::string model = test_data_folder() + "/golden_mixed.mvw";
+    const auto shoot = [&](const std::vector<std::string>& extra) {
+        std::vector<std::string> arguments{"view",       model,    "--screenshot", folder / "a.png",
+                                           "--controls", "--size", "640x420"};
+        arguments.insert(arguments.end(), extra.begin(), extra.end());
+        const ProgramRun run = run_mvw(arguments);
+        EXPECT_EQ(run.exit_code, 0) << run.errors;
+        int w = 0, h = 0, n = 0;
+        stbi_uc* pixels = stbi_load((folder / "a.png").c_str(), &w, &h, &n, 3);
+        EXPECT_EQ(w, 640);
+        EXPECT_EQ(h, 420);
+        std::vector<unsigned char> picture(pixels, pixels + std::size_t{3} * 640 * 420);
+        stbi_image_free(pixels);
+        return picture;
+    };
+    const auto differing = [](const auto& a, const auto& b) {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < a.size(); ++i) count += std::abs(a[i] - b[i]) > 16;
+        return count;
+    };
+    const auto plain = shoot({});
+    EXPECT_LT(differing(plain, shoot({})), 3000u);  // figures of time and frames
+    EXPECT_GT(differing(plain, shoot({"--wireframe"})), 5000u);
+    EXPECT_GT(differing(plain, shoot({"--level", "0"})), 5000u);
+    EXPECT_GT(differing(plain, shoot({"--z-up"})), 5000u);
+}
+
+TEST(ViewCommand, WithoutADisplayThereIsNoWindow) {
+    ::unsetenv("DISPLAY");
+    ::unsetenv("WAYLAND_DISPLAY");
+    const ProgramRun run = run_mvw({"view", test_data_folder() + "/golden_mixed.mvw"});
+    EXPECT_EQ(run.exit_code, 1);
+    EXPECT_THAT(run.errors, testing::HasSubstr("display"));
 }
 
 }  // namespace
