@@ -78,6 +78,49 @@ TEST(DecodeCommand, ACutFileGivesItsBestMeshAndSaysSo) {
     EXPECT_THAT(nothing.errors, HasSubstr(file.path));
 }
 
+TEST(DecodeCommand, TilesAndTheOriginalComeWhereAskedFor) {
+    const ScratchFolder folder;
+    EncodeOptions options;
+    options.target_error = 1e-3;
+    options.tile_count = 4;
+    options.keep_original = 12;
+    options.profile = Profile::Fast;
+    ASSERT_TRUE(write_file(folder / "b.mvw", encode_parts({bumpy_ball(4)}, options).file).ok());
+    const auto bytes_used = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"decode", folder / "b.mvw", folder / "out.ply", "--json"});
+        const ProgramRun run = run_mvw(arguments);
+        EXPECT_EQ(run.exit_code, 0) << run.errors;
+        return nlohmann::json::parse(run.out)["bytes_used"].get<int>();
+    };
+    EXPECT_LT(bytes_used({"--tiles", "1"}), bytes_used({"--tiles", "0-3"}));
+    EXPECT_EQ(bytes_used({"--tiles", "0,1-2,3"}), bytes_used({}));
+    EXPECT_EQ(run_mvw({"decode", folder / "b.mvw", folder / "out.ply", "--tiles", "1,x"}).exit_code, 2);
+    (void)bytes_used({"--original"});
+    CleanReport report;
+    EXPECT_EQ(read_mesh(folder / "out.ply", report)->faces.size(), plain(bumpy_ball(4)).faces.size());
+    const SmallFile without;
+    EXPECT_EQ(run_mvw({"decode", without.path, folder / "out.ply", "--original"}).exit_code, 1);
+}
+
+TEST(InfoCommand, ACutFileIsToldFromItsChunks) {
+    const SmallFile file;
+    const Bytes& bytes = small_file().file;
+    ASSERT_TRUE(write_file(file.path, ByteSpan(bytes).first(bytes.size() / 2)).ok());
+    const ProgramRun run = run_mvw({"info", file.path, "--chunks", "--json"});
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.errors, HasSubstr("cut at byte"));
+    EXPECT_GT(nlohmann::json::parse(run.out)["chunks"].size(), 2u);
+}
+
+TEST(VerifyCommand, BytesBehindTheEndAreAFault) {
+    const SmallFile file;
+    Bytes longer = small_file().file;
+    longer.push_back(std::byte{0});
+    ASSERT_TRUE(write_file(file.path, longer).ok());
+    EXPECT_THAT(run_mvw({"verify", file.path}).errors, HasSubstr("1 bytes behind its end"));
+    EXPECT_EQ(run_mvw({"decode", file.path, file.folder / "out.ply"}).exit_code, 0);
+}
+
 TEST(DecodeCommand, RefusesOtherFilesAndUnknownEndings) {
     const SmallFile file;
     write_text(file.folder / "text.mvw", "solid cube\n");
