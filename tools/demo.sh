@@ -11,6 +11,7 @@ say "Installing and building"
 tools/setup.sh
 cmake --preset default >/dev/null
 cmake --build --preset default --target mvw
+cmake --build --preset default --target web  # the page that the server offers
 
 mvw="$PWD/build/mvw"
 demo="$PWD/build/demo"
@@ -62,6 +63,15 @@ for level in 0 1 2; do
     "$mvw" view "$demo/served/armadillo.mvw" --level "$level" --wireframe --screenshot "$demo/level$level.png" "${view[@]}"
 done
 "$mvw" view "$scan" --screenshot "$demo/scan.png" "${view[@]}"
+# README's pictures, by their names: to renew them, copy this folder to tools/pictures.
+mkdir -p "$demo/pictures"
+small=(--size 480x480 --yaw 200)
+for kilobytes in 2 7; do
+    "$mvw" decode "$demo/served/armadillo.mvw" "$demo/prefix.ply" --max-bytes $((kilobytes * 1024))
+    "$mvw" view "$demo/prefix.ply" --screenshot "$demo/pictures/armadillo_${kilobytes}_kb.png" "${small[@]}"
+done
+"$mvw" view "$demo/served/armadillo.mvw" --screenshot "$demo/pictures/armadillo_whole.png" "${small[@]}"
+"$mvw" view "$scan" --screenshot "$demo/pictures/armadillo_scan.png" "${small[@]}"
 "$mvw" compare "$scan" "$demo/streamed.ply"
 
 cat <<END
@@ -70,10 +80,18 @@ Pictures of each refinement:         $demo/snapshots/*.png
 of the coarse levels' triangles:     $demo/level*.png
 and of the scan itself:              $demo/scan.png
 
+README's pictures:                   $demo/pictures/*.png
+
 To look further:
   $mvw info $demo/served/armadillo.mvw
-  $mvw view $demo/served/armadillo.mvw --screenshot level1.png --level 1 --wireframe
+  $mvw view $demo/served/armadillo.mvw                (a window; or --screenshot FILE.png)
   $mvw encode YOUR_MESH $demo/served/yours.mvw       (.ply .obj .stl .off .gltf .glb)
-  $mvw serve $demo/served
   $mvw fetch mvw://127.0.0.1:7707/yours yours.ply --max-bytes 10000
+  $mvw serve $demo/served
+
+and open  http://127.0.0.1:8080/  to see it refine in a browser.
 END
+if [ -t 0 ] && [ -t 1 ]; then
+    printf '\nThe server runs now, at that address, until Ctrl-C.\n'
+    exec "$mvw" serve "$demo/served"
+fi
