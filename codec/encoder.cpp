@@ -22,7 +22,7 @@ Mesh input_of(const Mesh& input, const RemeshResult& remeshed, std::uint32_t par
 void slide_parts(const Mesh& input, const EncodeOptions& options, RemeshResult& remeshed) {
     const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     for (std::uint32_t part = 0; part < remeshed.parts.size(); ++part) {
-        if (remeshed.parts[part].levels > 0)
+        if (remeshed.parts[part].levels > 0 && remeshed.own_vertices[part] == 0)
             slide(input_of(input, remeshed, part), options.transform, threads, remeshed.parts[part]);
         if (options.progress) options.progress("slide", double(part + 1) / double(remeshed.parts.size()));
     }

@@ -70,6 +70,13 @@ std::uint32_t vertex_index(const BaseMesh& base, std::uint32_t f, unsigned level
                                       f * run + interior_rank(level, i, k));
 }
 
+std::uint32_t edge_vertex_index(const BaseMesh& base, const BaseEdge& edge, unsigned level, std::uint32_t t) {
+    const std::uint32_t n = 1u << level;
+    const std::uint32_t i = edge.side[0] == 0 ? t : edge.side[0] == 1 ? n - t : 0;
+    const std::uint32_t k = edge.side[0] == 0 ? 0 : edge.side[0] == 1 ? t : n - t;
+    return vertex_index(base, edge.face[0], level, i, k);
+}
+
 void patch_vertices(const BaseMesh& base, std::uint32_t f, unsigned level, std::vector<std::uint32_t>& out) {
     const std::uint32_t n = 1u << level;
     out.clear();
@@ -106,11 +113,7 @@ std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh) {
         const bool border =
             e.face[1] != kNone && !mesh.materials.empty() && mesh.materials[e.face[0]] != mesh.materials[e.face[1]];
         if (e.face[1] != kNone && !crease && !border) continue;
-        for (std::uint32_t t = 0; t <= n; ++t) {
-            const std::uint32_t i = e.side[0] == 0 ? t : e.side[0] == 1 ? n - t : 0;
-            const std::uint32_t k = e.side[0] == 0 ? 0 : e.side[0] == 1 ? t : n - t;
-            flags[vertex_index(mesh.base, e.face[0], mesh.levels, i, k)] = 1;
-        }
+        for (std::uint32_t t = 0; t <= n; ++t) flags[edge_vertex_index(mesh.base, e, mesh.levels, t)] = 1;
     }
     return flags;
 }

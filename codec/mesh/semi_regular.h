@@ -89,6 +89,9 @@ constexpr std::uint32_t interior_rank(unsigned level, std::uint32_t i, std::uint
 /// Index, in hierarchical order, of grid point (i, k) of face f at level j. O(j).
 std::uint32_t vertex_index(const BaseMesh& base, std::uint32_t f, unsigned level, std::uint32_t i, std::uint32_t k);
 
+/// Index of the point at share t/2^j of a base edge's way from v[0] to v[1], 0 <= t <= 2^j. O(j).
+std::uint32_t edge_vertex_index(const BaseMesh& base, const BaseEdge& edge, unsigned level, std::uint32_t t);
+
 /// Indices of all (n+1)(n+2)/2 grid points of face f at level j, rows of rising i. `out` is resized.
 void patch_vertices(const BaseMesh& base, std::uint32_t f, unsigned level, std::vector<std::uint32_t>& out);
 

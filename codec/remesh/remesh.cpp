@@ -6,12 +6,15 @@
 #include <optional>
 #include <set>
 #include <thread>
+#include <unordered_set>
 #include <utility>
 
 #include "codec/mesh/clean.h"
+#include "codec/mesh/half_edges.h"
 #include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/prepare.h"
+#include "codec/remesh/recognize.h"
 #include "codec/remesh/relax.h"
 #include "codec/remesh/resample.h"
 #include "codec/remesh/self_parameterization.h"
@@ -22,6 +25,7 @@ namespace mvw {
 
 namespace {
 
+constexpr unsigned kLeastOwnLevels = 2;     // of semi-regular input that is kept; else its base is too large to stream
 constexpr double kOversampling = 1.3;       // faces of the finest level for each face of the input
 constexpr double kBaseError = 2.8e-3;       // of the diagonal, by the quadrics: where a default base stops
 constexpr double kCornerReach = 0.01;       // of the diagonal
@@ -256,9 +260,8 @@ class Sampler {
     const RemeshOptions& options_;
 };
 
-}  // namespace
-
-RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
+/// remesh() of a mesh none of whose components is semi-regular already.
+RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
     RemeshResult result;
     const Box box = bounding_box(input);
     const double diagonal = box.diagonal();
@@ -266,6 +269,7 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
         result.parts.push_back(as_it_is(input));
         result.part_of_face.assign(input.faces.size(), 0);
         result.alone_area_share = 1;
+        result.own_vertices.assign(1, 0);
         return result;
     }
     // In a box of unit diagonal around the origin, so that no model is too small, too large or too far away.
@@ -312,6 +316,78 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     for (const std::uint32_t first : split.first_face)
         result.part_of_face.push_back(part_of_level[levels[component_of_face[first]]]);
     result.alone_area_share = area_share(unit, alone);
+    result.own_vertices.assign(result.parts.size(), 0);
+    return result;
+}
+
+/// Flags of the base edges that are features of the mesh along their whole length; empty where there are none.
+std::vector<std::uint8_t> own_creases(const Mesh& mesh, const std::vector<std::uint8_t>& sharp,
+                                      const Recognized& found) {
+    const auto key = [](std::uint32_t a, std::uint32_t b) {
+        return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+    };
+    std::unordered_set<std::uint64_t> edges;
+    for (std::uint32_t h = 0; h < sharp.size(); ++h)
+        if (sharp[h] != 0) edges.insert(key(origin(mesh.faces, h), origin(mesh.faces, next_half_edge(h))));
+    std::vector<std::uint8_t> creases;
+    for (std::uint32_t b = 0; b < found.base.edge_count() && !edges.empty(); ++b) {
+        const auto vertex = [&](std::uint32_t t) {
+            return found.vertices[edge_vertex_index(found.base, found.base.edges()[b], found.levels, t)];
+        };
+        bool sharp_all_along = true;
+        for (std::uint32_t t = 0; t < (1u << found.levels) && sharp_all_along; ++t)
+            sharp_all_along = edges.count(key(vertex(t), vertex(t + 1))) > 0;
+        creases.push_back(sharp_all_along ? 1 : 0);
+    }
+    if (std::find(creases.begin(), creases.end(), 1) == creases.end()) creases.clear();
+    return creases;
+}
+
+/// Components that have subdivision connectivity, with their own vertices.
+std::vector<SemiRegularMesh> take_over(const Mesh& mesh, Recognition& recognition) {
+    std::vector<SemiRegularMesh> parts;
+    const std::vector<std::uint8_t> sharp = feature_half_edges(mesh);
+    for (Recognized& found : recognition.meshes) {
+        SemiRegularMesh part;
+        part.creases = own_creases(mesh, sharp, found);
+        part.base = std::move(found.base);
+        part.levels = found.levels;
+        for (const std::uint32_t v : found.vertices) {
+            part.positions.push_back(mesh.positions[v]);
+            if (!mesh.colors.empty()) part.colors.push_back(mesh.colors[v]);
+        }
+        parts.push_back(std::move(part));
+    }
+    return parts;
+}
+
+}  // namespace
+
+RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
+    const bool asked_for = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
+    if (asked_for) return remesh_irregular(input, options);
+    Recognition recognition = recognize(input, kLeastOwnLevels);
+    if (recognition.meshes.empty()) return remesh_irregular(input, options);
+
+    std::vector<std::uint32_t> component_of_face;
+    components(input, component_of_face);
+    const auto is_irregular = [&](std::uint32_t f) {
+        return recognition.mesh_of_component[component_of_face[f]] == kNone;
+    };
+    const Mesh irregular = extract_faces(input, is_irregular);
+    RemeshResult result;
+    if (!irregular.faces.empty()) result = remesh_irregular(irregular, options);
+    result.alone_area_share *= area_share(input, is_irregular);
+
+    const auto others = static_cast<std::uint32_t>(result.parts.size());
+    std::vector<std::uint32_t> part_of_face;
+    std::size_t at = 0;
+    for (std::uint32_t f = 0; f < input.faces.size(); ++f)
+        part_of_face.push_back(is_irregular(f) ? result.part_of_face[at++]
+                                               : others + recognition.mesh_of_component[component_of_face[f]]);
+    result.part_of_face = std::move(part_of_face);
+    for (SemiRegularMesh& part : take_over(input, recognition)) result.parts.push_back(std::move(part));
+    result.own_vertices.resize(result.parts.size(), 1);
     return result;
 }
 

@@ -29,11 +29,15 @@ struct RemeshResult {
     /// Components that started with one level count share a part. A part of 0 levels is coded by Draco alone.
     std::vector<SemiRegularMesh> parts;
     std::vector<std::uint32_t> part_of_face;  // F: where each face of the input went
-    double alone_area_share = 0;              // of the surface in parts of 0 levels
+    std::vector<std::uint8_t>
+        own_vertices;             // of each part: 1 where its vertices are the input's, which was semi-regular
+    double alone_area_share = 0;  // of the surface in parts of 0 levels
 };
 
 /// input: manifold and oriented, no degenerate faces (clean.h), any number of components. Never fails: a component that
-/// cannot be remeshed soundly becomes part of the part of 0 levels. Genus, components and boundary loops are kept.
+/// cannot be remeshed soundly becomes part of the part of 0 levels. Unless levels, base or error are asked for,
+/// components that have subdivision connectivity of two levels or more keep it and their vertices. Genus, components
+/// and boundary loops are kept.
 RemeshResult remesh(const Mesh& input, const RemeshOptions& options);
 
 }  // namespace mvw
