@@ -21,8 +21,9 @@ namespace http = boost::beast::http;
 using Parser = http::request_parser<http::empty_body>;
 
 constexpr std::size_t kReadBytes = 2048;
-constexpr std::size_t kBodyBytes = 128u << 10;  // of a file, for one write
-constexpr std::chrono::seconds kLinger{1};      // for the peer to read our last words
+constexpr std::size_t kBodyBytes = 128u << 10;    // of a file, for one write
+constexpr std::size_t kSendFileBytes = 1u << 20;  // the same without a copy: the socket's buffer bounds it anyway
+constexpr std::chrono::seconds kLinger{1};        // for the peer to read our last words
 
 std::string field_of(const Parser::value_type& request, http::field name) {
     const auto value = request[name];
@@ -201,7 +202,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
         const bool as_file = carrier_->can_send_file() && source.descriptor() >= 0;
         Bytes buffer(as_file ? 0 : std::min<std::uint64_t>(length, kBodyBytes));
         while (length > 0) {
-            const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(length, kBodyBytes));
+            const auto n =
+                static_cast<std::size_t>(std::min<std::uint64_t>(length, as_file ? kSendFileBytes : kBodyBytes));
             if (model != nullptr && !model->intact()) {
                 end("the file was overwritten");
                 co_return false;
