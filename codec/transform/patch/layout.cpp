@@ -17,6 +17,7 @@ Layout::Layout(unsigned level, unsigned lane_count) : n(1 << level), lanes(lane_
     place(0, 0, n + 1);
     place(-1, 1, n);
     for (int i = 2; i <= n; ++i) place(i, -1, n + 3 - i);
+    if (n == 1) end += step;  // behind row -1, where there is no row 2
     row_starts_.back() = static_cast<std::int32_t>(row(n));
     vertex_floats = static_cast<std::uint32_t>(end);
     edge_floats = static_cast<std::uint32_t>(3 * n * (n + 1) / 2) * stride();
