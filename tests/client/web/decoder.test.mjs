@@ -92,7 +92,8 @@ for (const { name, bytes, digest, off } of golden) {
     decoder.delete();
   });
 
-  test(`${name}: a changed byte is noticed and never throws anything but an MvwError`, () => {
+  test(`${name}: a changed byte of a chunk is noticed, and nothing but an MvwError is ever thrown`, () => {
+    const { headerBytes, indexOffset } = feedAll(bytes).description();
     for (let at = 0; at < bytes.length; at += 23) {
       const damaged = Uint8Array.from(bytes);
       damaged[at] ^= 0x55;
@@ -100,7 +101,8 @@ for (const { name, bytes, digest, off } of golden) {
       try {
         decoder.feed(damaged);
         decoder.draw();
-        assert.notEqual(`${decoder.digest()}${decoder.state().damaged}`, `${digest}1`);
+        const isChunk = at >= headerBytes && at < indexOffset;
+        if (isChunk) assert.notEqual(`${decoder.digest()} ${decoder.state().damaged}`, `${digest} 0`, `byte ${at}`);
       } catch (error) {
         assert.ok(error instanceof MvwError, String(error));
       }

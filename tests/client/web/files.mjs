@@ -20,9 +20,11 @@ export const golden = readdirSync(data)
 export function readOff(text) {
   const words = text.split(/\s+/).filter(Boolean);
   const [vertices, faces] = [Number(words[1]), Number(words[2])];
-  const positions = words.slice(4, 4 + 3 * vertices).map(Number);
+  const each = words[0] === 'COFF' ? 7 : 3; // colours follow the position
+  const numbers = words.slice(4, 4 + each * vertices).map(Number);
+  const positions = numbers.filter((_, i) => i % each < 3);
   const triangles = [];
-  for (let f = 0, at = 4 + 3 * vertices; f < faces; f++, at += 4)
+  for (let f = 0, at = 4 + each * vertices; f < faces; f++, at += 4)
     triangles.push(...words.slice(at + 1, at + 4).map(Number));
   return { positions, triangles };
 }
