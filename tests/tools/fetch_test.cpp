@@ -20,7 +20,7 @@ class FetchTest : public testing::Test {
     void SetUp() override {
         EncodeOptions options;
         options.threads = 1;
-        file_ = encode(torus(48, 24), options).value().file;
+        file_ = encode(torus(46, 22), options).value().file;
         served_.put("torus.mvw", file_);
         server::ServerOptions server;
         server.folder = served_.path();
