@@ -18,6 +18,7 @@ constexpr float kKept = 0.5f;          // of each tangential detail, a round
 constexpr double kSameSheet = 0.3;     // least cosine between the surface's normals before and after a vertex' move
 constexpr double kLeastGap = 0.15;     // between neighbours on a line, of what it was at first
 constexpr unsigned kUntanglings = 40;  // passes that take moves back; then the whole round is taken back
+constexpr double kMostGrowth = 1.7;    // of a triangle's longest side: vertices must not leave tips and ridges bare
 constexpr double kMostLoss = 1.5;      // of the distance from the input, before to after
 constexpr std::uint32_t kSamples = 40'000;
 
@@ -89,6 +90,7 @@ class Slide {
         });
         upright_.resize(triangles_.size());
         for (std::size_t t = 0; t < triangles_.size(); ++t) upright_[t] = stands(t, positions_, on_);
+        for (const Face& f : triangles_) most_.push_back(longest(f, positions_) * kMostGrowth);
     }
 
     void round() {
@@ -113,6 +115,12 @@ class Slide {
     }
 
     [[nodiscard]] const std::vector<Vec3>& positions() const { return positions_; }
+    /// Of the input where each vertex is.
+    [[nodiscard]] std::vector<Vec3> normals() const {
+        std::vector<Vec3> out;
+        for (const SurfacePoint& p : on_) out.push_back(normals_[p.face]);
+        return out;
+    }
     [[nodiscard]] const std::vector<Face>& triangles() const { return triangles_; }
     [[nodiscard]] const std::vector<std::uint8_t>& fixed() const { return fixed_; }
 
@@ -169,13 +177,20 @@ class Slide {
         return dot(scaled_normal(positions, f), outside) > 0 ? 1 : 0;
     }
 
-    /// Takes back the moves of corners of triangles that fall; a move taken back can fell the next one. False where
-    /// that does not end.
+    /// Of a triangle's sides, model units.
+    static double longest(const Face& f, const std::vector<Vec3>& positions) {
+        const Vec3 &a = positions[f[0]], &b = positions[f[1]], &c = positions[f[2]];
+        return std::sqrt(std::max({squared_length(b - a), squared_length(c - b), squared_length(a - c)}));
+    }
+
+    /// Takes back the moves of corners of triangles that fall or are drawn out; a move taken back can fell the next
+    /// one. False where that does not end.
     bool untangle(std::vector<SurfacePoint>& on) {
         for (unsigned pass = 0; pass < kUntanglings; ++pass) {
             bool fallen = false;
             for (std::size_t t = 0; t < triangles_.size(); ++t) {
-                if (upright_[t] == 0 || stands(t, moved_, on) != 0) continue;
+                const bool falls = upright_[t] != 0 && stands(t, moved_, on) == 0;
+                if (!falls && longest(triangles_[t], moved_) <= most_[t]) continue;
                 fallen = true;
                 for (const std::uint32_t v : triangles_[t]) moved_[v] = positions_[v], on[v] = on_[v];
             }
@@ -191,6 +206,7 @@ class Slide {
     std::vector<Vec3> normals_;  // of the input's faces
     std::vector<Face> triangles_;
     std::vector<std::uint8_t> fixed_, upright_;
+    std::vector<double> most_;  // of each triangle's longest side
     PatchTransform transform_;
     std::vector<Vec3> positions_;
     std::vector<Curve> curves_;
@@ -221,7 +237,7 @@ void slide(const Mesh& input, const TransformOptions& transform, unsigned thread
     FitOptions fitting;
     fitting.threads = threads;
     fit(unit, slide.triangles(), slide.fixed(), fitting, positions);
-    unfold(slide.triangles(), slide.fixed(), positions);
+    unfold(slide.triangles(), slide.normals(), slide.fixed(), positions);
     if (distance_of(unit, slide.triangles(), positions, threads) > kMostLoss * before) return;
     const std::vector<Vec3> start = to_unit(mesh.positions);
     for (std::size_t v = 0; v < positions.size(); ++v)  // what has not moved keeps its very bits

@@ -12,7 +12,6 @@ namespace mvw {
 
 namespace {
 
-constexpr double kGoodShape = 7;      // of the shape term, twice an equilateral triangle's: what need not move
 constexpr double kSizeWeight = 10;    // of the area term against the shape term
 constexpr double kFlatWeight = 10;    // of the term that holds vertices where the surface bends
 constexpr int kSizeSmoothings = 8;    // of the target areas
@@ -98,12 +97,6 @@ struct Place {
     Vec3 position, normal;
 };
 
-/// What the energy around a vertex says about where it should go.
-struct Step {
-    Vec3 newton;             // in the tangent plane
-    double worst_shape = 0;  // largest shape term of a triangle
-};
-
 class Relaxation {
  public:
     Relaxation(const SurfaceWalk& surface, const std::vector<Face>& triangles, std::vector<FacePoint>& points)
@@ -123,11 +116,10 @@ class Relaxation {
         const Place& here = places_[v];
         if (squared_length(here.normal) == 0) return;
         const double softness = softness_of_ring(v);
-        Step step;
+        Vec3 step;
         const double energy = energy_at(v, here, softness, &step);
-        if (step.worst_shape < kGoodShape) return;
-        for (int halving = 0; halving <= kStepHalvings; ++halving, step.newton = step.newton * 0.5) {
-            const FacePoint to = surface_.walk(points_[v], step.newton);
+        for (int halving = 0; halving <= kStepHalvings; ++halving, step = step * 0.5) {
+            const FacePoint to = surface_.walk(points_[v], step);
             const Place there{surface_.position(to), surface_.normal(to)};
             if (squared_length(there.normal) == 0) continue;
             if (!(energy_at(v, there, softness, nullptr) < energy * (1 - kLeastGain))) continue;
@@ -145,8 +137,8 @@ class Relaxation {
         return kSoftness * 0.5 * std::sqrt(3.0) * sum / static_cast<double>(rings_.at(v).size());
     }
 
-    /// The energy of v's ring with v at `here`; step: out, where asked for.
-    [[nodiscard]] double energy_at(std::uint32_t v, const Place& here, double softness, Step* step) {
+    /// The energy of v's ring with v at `here`; newton: out, where asked for, a step in the tangent plane.
+    [[nodiscard]] double energy_at(std::uint32_t v, const Place& here, double softness, Vec3* newton) {
         const Vec3& n = here.normal;
         const Vec3 x = normalized(cross(n, std::abs(n.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0})), y = cross(n, x);
         double energy = 0, gx = 0, gy = 0, hxx = 0, hxy = 0, hyy = 0;
@@ -163,9 +155,7 @@ class Relaxation {
             const double A = t.target;
             const double bend = dot(a, n - places_[t.first].normal);
             energy += S / chi + kSizeWeight * (chi / A + A / chi) + kFlatWeight * bend * bend / A;
-            if (!step) continue;
-            step->worst_shape = std::max(step->worst_shape, S / chi);
-            if (area == 0) continue;
+            if (!newton || area == 0) continue;
             const double slope = chi / root;  // of chi over D
             const Vec3 dS = (a + b) * -2.0, dD = cross(upright ? ab / area : n / kLeastCosine, c);
             const double r = 1 / chi;
@@ -179,7 +169,7 @@ class Relaxation {
             hyy += 4 * r + curve * dy * dy;
         }
         const double det = hxx * hyy - hxy * hxy;
-        if (step && det > 0) step->newton = x * ((hxy * gy - hyy * gx) / det) + y * ((hxy * gx - hxx * gy) / det);
+        if (newton && det > 0) *newton = x * ((hxy * gy - hyy * gx) / det) + y * ((hxy * gx - hxx * gy) / det);
         return energy;
     }
 

@@ -26,8 +26,7 @@ struct RelaxOptions {
 /// function that tends to the identity. The first term is the MIPS energy (Hormann, Greiner 2000), regularised so that
 /// it is finite at flipped triangles and turns them (Garanzha et al. 2021, Foldover-free maps), the second keeps the
 /// density of the vertices (Degener et al. 2003), the third holds vertices on ridges and tips. No step raises the sum.
-/// A vertex whose triangles are all well-shaped stays: on flat and developable surfaces the flattenings are smoother
-/// than what this finds. O(V) a sweep.
+/// O(V) a sweep.
 void relax(const SurfaceWalk& surface, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
            const RelaxOptions& options, std::vector<FacePoint>& points);
 

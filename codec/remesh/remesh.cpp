@@ -248,7 +248,9 @@ class Sampler {
         FitOptions fitting;
         fitting.threads = threads_;
         const double error = fit(input, triangles, fixed, fitting, part.positions);
-        unfold(triangles, fixed, part.positions);
+        std::vector<Vec3> normals;
+        for (const FacePoint& p : points) normals.push_back(surface_.normal(p));
+        unfold(triangles, normals, fixed, part.positions);
         report(options_, "fit", 1);
         return error;
     }

@@ -8,9 +8,10 @@
 
 namespace mvw {
 
-/// Draws vertices at edges whose two triangles lean over 120 degrees from each other towards their neighbours' mean,
-/// until no such edge is left, for a few dozen rounds. Vertices flagged `fixed` (V), and edges between two of them,
-/// stay; no vertex goes farther than its edges are long. O(F) a round.
-void unfold(const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed, std::vector<Vec3>& positions);
+/// Draws the corners of triangles that look away from the surface towards their neighbours' mean, for a few dozen
+/// rounds at most. normals (V): of the surface where each vertex is. Vertices flagged `fixed` (V) stay; none goes
+/// farther than its edges are long. O(F) a round.
+void unfold(const std::vector<Face>& triangles, const std::vector<Vec3>& normals,
+            const std::vector<std::uint8_t>& fixed, std::vector<Vec3>& positions);
 
 }  // namespace mvw
