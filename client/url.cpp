@@ -4,31 +4,10 @@
 #include <iterator>
 #include <optional>
 
+#include "server/protocol/percent.h"
+
 namespace mvw::client {
 namespace {
-
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
-std::optional<std::string> percent_decode(std::string_view text) {
-    std::string out;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] != '%') {
-            out += text[i];
-            continue;
-        }
-        if (i + 2 >= text.size()) return std::nullopt;
-        const int high = hex_digit(text[i + 1]), low = hex_digit(text[i + 2]);
-        if (high < 0 || low < 0) return std::nullopt;
-        out += static_cast<char>(high * 16 + low);
-        i += 2;
-    }
-    return out;
-}
 
 struct SchemeName {
     std::string_view name;
@@ -72,7 +51,7 @@ Result<Url> parse_url(std::string_view text) {
     Url url{scheme->scheme, std::move(address).value(), "", scheme->tls, std::string(rest.substr(slash))};
     std::string_view path = rest.substr(slash + 1);
     if (url.scheme == Scheme::Http) path = path.substr(0, path.find('?'));
-    std::optional<std::string> model = percent_decode(path);
+    std::optional<std::string> model = protocol::percent_decode(path);
     if (!model) return bad(Errc::InvalidArgument, "a % is not followed by two hexadecimal digits");
     if (model->size() > kMaxModelBytes) return bad(Errc::InvalidArgument, "the model's name is too long");
     url.model = std::move(*model);

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "server/protocol/percent.h"
+
 namespace mvw::server {
 namespace {
 
@@ -82,29 +84,6 @@ const char* type_of(std::string_view path) {
     return found == kTypes.end() ? "application/octet-stream" : found->type;
 }
 
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
-std::optional<std::string> percent_decode(std::string_view text) {
-    std::string out;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] != '%') {
-            out += text[i];
-            continue;
-        }
-        if (i + 2 >= text.size()) return std::nullopt;
-        const int high = hex_digit(text[i + 1]), low = hex_digit(text[i + 2]);
-        if (high < 0 || low < 0) return std::nullopt;
-        out += static_cast<char>(high * 16 + low);
-        i += 2;
-    }
-    return out;
-}
-
 std::string percent_encode(std::string_view path) {
     std::string out;
     for (const char c : path) {
@@ -121,7 +100,7 @@ std::string query_value(std::string_view query, std::string_view key) {
         const std::string_view pair = query.substr(0, query.find('&'));
         query.remove_prefix(std::min(query.size(), pair.size() + 1));
         if (pair.size() > key.size() && pair.starts_with(key) && pair[key.size()] == '=')
-            return percent_decode(pair.substr(key.size() + 1)).value_or("");
+            return protocol::percent_decode(pair.substr(key.size() + 1)).value_or("");
     }
     return {};
 }
@@ -251,7 +230,7 @@ HttpReply Site::answer(const HttpRequest& request) const {
     const std::string_view target = request.target;
     const std::string_view raw_path = target.substr(0, target.find('?'));
     const std::string_view query = raw_path.size() == target.size() ? "" : target.substr(raw_path.size() + 1);
-    const std::optional<std::string> path = percent_decode(raw_path);
+    const std::optional<std::string> path = protocol::percent_decode(raw_path);
     if (!path || !path->starts_with('/')) return plain_reply(400, "the target is not a path");
     if (request.method == "OPTIONS") return preflight();
     if (request.method != "GET" && request.method != "HEAD") {
