@@ -292,6 +292,10 @@ bool HttpSession::take_prefix_chunk() {
         if (head.error().code != Errc::NeedMoreData) fail(head.error());
         return false;
     }
+    if (!check_chunk_id(*header_, head->id)) {
+        damaged(walked_chunks_);
+        return false;
+    }
     const std::size_t head_bytes = in.offset();
     if (walked_ + head_bytes + head->length > header_->index_offset) {
         fail({Errc::Malformed, walked_, "a chunk reaches into the index"});

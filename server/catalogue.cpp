@@ -35,7 +35,8 @@ std::vector<ModelSummary> Catalogue::list() {
     for (const StoreEntry& entry : entries) {
         auto known = known_.extract(entry.name);
         if (known.empty() || known.mapped().stamp != entry.stamp) {
-            const Result<ModelPtr> model = store_.open(entry.name);
+            const Result<ModelPtr> model = store_.open_as_known(entry.name);
+            if (!model && model.error().code == Errc::NeedMoreData) continue;  // next time
             Known fresh{entry.stamp, std::nullopt};
             if (model) fresh.summary = summarise(entry.name, **model);
             now.emplace(entry.name, std::move(fresh));

@@ -64,6 +64,10 @@ std::string Metrics::text(std::size_t models, double uptime_seconds) const {
     w.single("mvw_forbidden_total", "counter", "Requests refused for their token.", number(forbidden));
     w.single("mvw_unsound_models_total", "counter", "Times that a model's file was met unsound.",
              number(reload_failures));
+    w.single("mvw_origin_requests_total", "counter", "Requests to the HTTP store behind this server.",
+             number(origin_requests));
+    w.single("mvw_origin_failures_total", "counter", "Requests that it did not answer.", number(origin_failures));
+    w.single("mvw_origin_bytes_total", "counter", "Bytes of files that came from it.", number(origin_bytes));
     w.single("mvw_models", "gauge", "Models in the folder.", number(models));
     w.single("mvw_uptime_seconds", "gauge", "Since the start.", uptime_seconds);
     return w.take();

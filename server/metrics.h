@@ -26,6 +26,9 @@ struct Metrics {
     Count timeouts{};         // connections ended by a timer
     Count forbidden{};        // tokens refused
     Count reload_failures{};  // unsound files met
+    Count origin_requests{};  // to the HTTP store behind this server
+    Count origin_failures{};  // of those, without an answer
+    Count origin_bytes{};     // that came from it
 
     /// Prometheus text format 0.0.4.
     [[nodiscard]] std::string text(std::size_t models, double uptime_seconds) const;

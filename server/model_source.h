@@ -11,6 +11,8 @@
 
 namespace mvw::server {
 
+using Fetched = std::function<void(Result<void>)>;
+
 /// Bytes that can be read at any place. Safe to use from several threads.
 class ByteSource {
  public:
@@ -19,6 +21,10 @@ class ByteSource {
     virtual Result<void> read(std::uint64_t offset, std::span<std::byte> out) const = 0;
     /// Of the file that holds these very bytes, for sends without a copy; -1 where there is none.
     [[nodiscard]] virtual int descriptor() const { return -1; }
+    /// False where fetch() must come before read() or a send by descriptor(): the bytes are not on this machine yet.
+    [[nodiscard]] virtual bool ready(std::uint64_t /*offset*/, std::uint64_t /*length*/) const { return true; }
+    /// Brings these bytes here. Calls `done` once, from any thread or at once, with Io where that fails.
+    virtual void fetch(std::uint64_t /*offset*/, std::uint64_t /*length*/, Fetched done) const { done({}); }
 };
 
 /// One model, fixed at the moment it was opened; read() is by offsets of its file. Safe to use from several threads.
@@ -44,8 +50,10 @@ class ModelSource : public ByteSource {
 
 using ModelPtr = std::shared_ptr<const ModelSource>;
 
-/// Finds a model by the name that a peer sent. Io: no such model.
+/// Finds a model by the name that a peer sent. Io: no such model. NeedMoreData: not known yet, wait and ask again.
 using OpenModel = std::function<Result<ModelPtr>(std::string_view name)>;
+/// Calls `then` once, from any thread or at once, when OpenModel has another answer than NeedMoreData for the name.
+using WhenKnown = std::function<void(std::string_view name, std::function<void()> then)>;
 /// Whether a token allows a model; an error's message is a sentence for the peer. Empty: all is allowed.
 using CheckToken = std::function<Result<void>(std::string_view token, std::string_view name)>;
 

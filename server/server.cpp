@@ -83,6 +83,14 @@ Result<TlsContext> make_tls(const std::string& cert, const std::string& key) {
     return tls;
 }
 
+Result<std::unique_ptr<Store>> open_store(const ServerOptions& options, Metrics& metrics) {
+    if (!options.origin) return Store::open_folder(options.folder, options.limits.max_open_models);
+    OriginOptions origin = *options.origin;
+    origin.folder = options.folder;
+    origin.max_open = options.limits.max_open_models;
+    return open_origin(std::move(origin), metrics);
+}
+
 CheckToken make_check(const std::optional<TokenKeys>& keys) {
     if (!keys) return {};
     return [keys = *keys](std::string_view token, std::string_view model) {
@@ -107,13 +115,20 @@ Bytes http_refusal() {
 
 class Server::Impl {
  public:
-    Impl(ServerOptions options, std::unique_ptr<Store> store, TlsContext tls)
+    Impl(ServerOptions options, std::unique_ptr<Metrics> metrics, std::unique_ptr<Store> store, TlsContext tls)
         : options_(std::move(options)),
+          own_metrics_(std::move(metrics)),
+          metrics_(*own_metrics_),
           store_(std::move(store)),
           tls_(std::move(tls)),
           catalogue_(*store_),
-          context_{[this](std::string_view name) { return open(name); }, make_check(options_.tokens), options_.limits,
-                   options_.log, metrics_},
+          context_{
+              [this](std::string_view name) { return open(name); },
+              [this](std::string_view name, std::function<void()> then) { store_->when_known(name, std::move(then)); },
+              make_check(options_.tokens),
+              options_.limits,
+              options_.log,
+              metrics_},
           site_(context_.open, context_.allow, catalogue_, metrics_, options_.page),
           admission_(context_.limits),
           tcp_listener_(std::make_shared<Listener>(
@@ -137,6 +152,7 @@ class Server::Impl {
     ~Impl() {
         stop();
         wait();
+        store_.reset();  // its thread may call on connections, which go with what follows
     }
 
     Result<void> start() {
@@ -204,7 +220,7 @@ class Server::Impl {
  private:
     Result<ModelPtr> open(std::string_view name) {
         Result<ModelPtr> model = store_->open(name);
-        if (!model && model.error().code != Errc::Io) {
+        if (!model && model.error().code != Errc::Io && model.error().code != Errc::NeedMoreData) {
             ++metrics_.reload_failures;
             options_.log(LogLevel::Warning,
                          fmt::format("event=unsound model={} reason={}", log_value(std::string(name)),
@@ -242,10 +258,11 @@ class Server::Impl {
     }
 
     ServerOptions options_;
+    const std::unique_ptr<Metrics> own_metrics_;
+    Metrics& metrics_;
     std::unique_ptr<Store> store_;
     const TlsContext tls_;
     Catalogue catalogue_;
-    Metrics metrics_;
     PeerContext context_;
     Site site_;
     Admission admission_;
@@ -264,12 +281,14 @@ class Server::Impl {
 Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
     raise_descriptor_limit();
     if (!options.log) options.log = [](LogLevel, const std::string&) {};
-    Result<std::unique_ptr<Store>> store = Store::open_folder(options.folder, options.limits.max_open_models);
+    auto metrics = std::make_unique<Metrics>();
+    Result<std::unique_ptr<Store>> store = open_store(options, *metrics);
     if (!store) return store.error();
     Result<TlsContext> tls = make_tls(options.tls_cert, options.tls_key);
     if (!tls) return tls.error();
     if (!options.page.empty() && !open_folder(options.page).ok()) return io_error(options.page);
-    auto impl = std::make_unique<Impl>(std::move(options), std::move(store).value(), std::move(tls).value());
+    auto impl = std::make_unique<Impl>(std::move(options), std::move(metrics), std::move(store).value(),
+                                       std::move(tls).value());
     if (Result<void> r = impl->start(); !r) return r.error();
     return std::unique_ptr<Server>(new Server(std::move(impl)));
 }

@@ -6,13 +6,15 @@
 
 #include "server/limits.h"
 #include "server/log.h"
+#include "server/origin/origin_store.h"
 #include "server/protocol/address.h"
 #include "server/token.h"
 
 namespace mvw::server {
 
 struct ServerOptions {
-    std::string folder;
+    std::string folder;                                                // of models, or of `origin`'s cache
+    std::optional<OriginOptions> origin;                               // models are there; its folder is the one above
     protocol::HostPort tcp{"127.0.0.1", protocol::kDefaultPort};       // port 0: the system chooses
     protocol::HostPort http{"127.0.0.1", protocol::kDefaultHttpPort};  // WebSocket as well
     std::string page;                 // folder of the web page served at "/"; empty: none

@@ -102,6 +102,15 @@ Actions Session::on_timer(Clock::time_point now) {
     return flush(now);
 }
 
+Actions Session::on_model_known(Clock::time_point now) {
+    if (closed_ || !opening_) return {};
+    now_ = last_heard_ = now;  // the peer had to wait for us
+    const Open m = *std::exchange(opening_, std::nullopt);
+    open_model(m);
+    if (!closed_) pump();
+    return flush(now);
+}
+
 Actions Session::on_read_error(const Error& error) {
     if (closed_) return {};
     ++stats_.errors;
@@ -113,7 +122,7 @@ Actions Session::on_drain(Clock::time_point now) {
     if (closed_) return {};
     now_ = now;
     draining_ = true;
-    if (!schedule_) fail(ErrorCode::ShuttingDown, "the server stops");
+    if (!schedule_ && !opening_) fail(ErrorCode::ShuttingDown, "the server stops");
     return flush(now);
 }
 
@@ -153,7 +162,16 @@ void Session::handle(const Open& m) {
     // Before the look-up: whoever may not have a model does not learn whether it is there.
     if (const Result<void> allowed = allow_ ? allow_(m.token, m.model) : Result<void>{}; !allowed)
         return fail(ErrorCode::Forbidden, allowed.error().message);
+    open_model(m);
+}
+
+void Session::open_model(const Open& m) {
     Result<ModelPtr> found = open_(m.model);
+    if (!found && found.error().code == Errc::NeedMoreData) {
+        opening_ = m;
+        actions_.emplace_back(AwaitModel{m.model});
+        return;
+    }
     if (!found) {
         const ErrorCode code = wire_code(found.error().code);
         return fail(code == ErrorCode::NotFound ? code : ErrorCode::Internal, found.error().message);
@@ -170,12 +188,22 @@ void Session::handle(const Open& m) {
 }
 
 void Session::handle(const Request& m) {
-    if (!model_) return fail(ErrorCode::NotFound, "no model is open");
     if (draining_) return fail(ErrorCode::ShuttingDown, "the server stops");
+    if (opening_) {
+        opening_->request = m;
+        return;
+    }
+    if (!model_) return fail(ErrorCode::NotFound, "no model is open");
     start_request(m);
 }
 
 void Session::handle(const Cancel& m) {
+    if (opening_ && opening_->request.id == m.id) {
+        opening_.reset();
+        answer(write_message(End{m.id, EndReason::Cancelled, 0, 0}));
+        if (draining_ && !closed_) fail(ErrorCode::ShuttingDown, "the server stops");
+        return;
+    }
     // A CANCEL that crosses the END of its request is no fault.
     if (!schedule_ || schedule_->request_id() != m.id) return;
     if (model_wanted_) send_model();
@@ -183,6 +211,10 @@ void Session::handle(const Cancel& m) {
 }
 
 void Session::handle(const GetIndex&) {
+    if (opening_) {
+        index_wanted_ = true;
+        return;
+    }
     if (!model_) return fail(ErrorCode::NotFound, "no model is open");
     if (model_->toc().header.index_bytes > peer_max_body_)
         return fail(ErrorCode::LimitExceeded, "the model's index is larger than the peer accepts");
@@ -310,6 +342,7 @@ void Session::forget_model() {
     model_name_.clear();
     schedule_.reset();
     sent_.clear();
+    opening_.reset();
     model_wanted_ = index_wanted_ = false;
 }
 

@@ -31,11 +31,15 @@ struct SendRange {
 struct SetTimer {
     Clock::time_point at;
 };
+/// Call on_model_known() once it is known whether there is a model of that name.
+struct AwaitModel {
+    std::string name;
+};
 /// Send what is queued, then close. Nothing follows.
 struct Close {
     std::string reason;  // for the log
 };
-using Action = std::variant<SendBytes, SendRange, SetTimer, Close>;
+using Action = std::variant<SendBytes, SendRange, SetTimer, AwaitModel, Close>;
 using Actions = std::vector<Action>;
 
 /// What one peer has had so far.
@@ -56,6 +60,7 @@ class Session {
     Actions on_bytes(ByteSpan in, Clock::time_point now);
     Actions on_sent(std::size_t bytes, Clock::time_point now);  // the network took them: room again
     Actions on_timer(Clock::time_point now);
+    Actions on_model_known(Clock::time_point now);
     /// A SendRange could not be read; what of it was sent before is cut short, so no message can follow.
     Actions on_read_error(const Error& error);
     /// The server stops: the present request is finished, no other one is taken.
@@ -75,6 +80,7 @@ class Session {
     void handle(const protocol::Pong& m);
     void handle_message(const protocol::Message& message);
 
+    void open_model(const protocol::Open& m);
     void start_request(protocol::Request request);
     void pump();
     void send_model();
@@ -103,7 +109,8 @@ class Session {
     std::uint32_t peer_max_body_ = 0;
     std::string model_name_;
     ModelPtr model_;
-    protocol::ChunkSet sent_;           // held by the peer, or on its way
+    std::optional<protocol::Open> opening_;       // its model is being looked up
+    protocol::ChunkSet sent_;                     // held by the peer, or on its way
     std::optional<protocol::Schedule> schedule_;  // the present request
     bool model_wanted_ = false, index_wanted_ = false;
     std::uint32_t request_chunks_ = 0;

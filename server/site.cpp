@@ -84,16 +84,6 @@ const char* type_of(std::string_view path) {
     return found == kTypes.end() ? "application/octet-stream" : found->type;
 }
 
-std::string percent_encode(std::string_view path) {
-    std::string out;
-    for (const char c : path) {
-        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                           std::string_view("/-._~").find(c) != std::string_view::npos;
-        out += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
-    }
-    return out;
-}
-
 // The value of one key in "a=b&c=d"; empty where it is absent.
 std::string query_value(std::string_view query, std::string_view key) {
     while (!query.empty()) {
@@ -261,6 +251,11 @@ HttpReply Site::model(const HttpRequest& request, std::string_view path, std::st
             return refuse(token.empty() ? 401 : 403, allowed.error().message);
     }
     const Result<ModelPtr> model = open_(path);
+    if (!model && model.error().code == Errc::NeedMoreData) {
+        HttpReply later;
+        later.waits_for = path;
+        return later;
+    }
     if (!model) return refuse(model.error().code == Errc::Io ? 404 : 500, model.error().message);
     const std::string version = to_hex((*model)->toc().header.content_id);
     const std::string wanted = query_value(query, "v");
@@ -282,7 +277,7 @@ HttpReply Site::models(const HttpRequest& request, std::string_view query) const
     for (const ModelSummary& m : catalogue_.list()) {
         if (allow_ && !allow_(token, m.name)) continue;
         list.push_back({{"name", m.name},
-                        {"url", fmt::format("/models/{}.mvw?v={}", percent_encode(m.name), m.version)},
+                        {"url", fmt::format("/models/{}.mvw?v={}", protocol::percent_encode(m.name), m.version)},
                         {"version", m.version},
                         {"bytes", m.bytes},
                         {"levels", m.levels},

@@ -27,6 +27,7 @@ struct HttpReply {
     std::shared_ptr<const ByteSource> source;
     std::uint64_t offset = 0, length = 0;  // length: of the body, also where HEAD leaves it out
     bool without_body = false;             // HEAD, 204, 304
+    std::string waits_for{};               // a model that is being looked up: no reply yet, ask again once it is known
 
     /// Status line and header fields, with the empty line at the end.
     [[nodiscard]] std::string head(bool keep_alive) const;

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <list>
+#include <mutex>
 #include <utility>
 
 namespace mvw::server {
@@ -80,16 +82,27 @@ void list_below(Descriptor folder, const std::string& prefix, int depth, std::ve
     ::closedir(dir);
 }
 
-}  // namespace
+class FolderStore final : public Store {
+ public:
+    FolderStore(Descriptor folder, std::size_t max_open, const Limits& limits)
+        : folder_(std::move(folder)), max_open_(max_open), limits_(limits) {}
+    Result<ModelPtr> open(std::string_view name) override;
+    [[nodiscard]] std::vector<StoreEntry> list() const override;
 
-Result<std::unique_ptr<Store>> Store::open_folder(const std::string& folder, std::size_t max_open,
-                                                  const Limits& limits) {
-    Descriptor opened = mvw::server::open_folder(folder);
-    if (!opened.ok()) return io_error(folder);
-    return std::unique_ptr<Store>(new Store(std::move(opened), max_open, limits));
-}
+ private:
+    struct Ready {
+        std::string name;
+        FileStamp stamp;
+        ModelPtr model;
+    };
+    const Descriptor folder_;
+    const std::size_t max_open_;
+    const Limits limits_;
+    std::mutex mutex_;
+    std::list<Ready> ready_;  // most recently used first
+};
 
-Result<ModelPtr> Store::open(std::string_view name) {
+Result<ModelPtr> FolderStore::open(std::string_view name) {
     if (name.ends_with(kEnding)) name.remove_suffix(kEnding.size());
     if (!is_plain_name(name)) return Error{Errc::Io, 0, "no such model"};
     Descriptor file = open_below(folder_.get(), std::string(name) + std::string(kEnding));
@@ -115,11 +128,20 @@ Result<ModelPtr> Store::open(std::string_view name) {
     return ready_.front().model;
 }
 
-std::vector<StoreEntry> Store::list() const {
+std::vector<StoreEntry> FolderStore::list() const {
     std::vector<StoreEntry> entries;
     if (Descriptor top = open_folder_at(folder_.get(), "."); top.ok()) list_below(std::move(top), "", 0, entries);
     std::sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
     return entries;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Store>> Store::open_folder(const std::string& folder, std::size_t max_open,
+                                                  const Limits& limits) {
+    Descriptor opened = mvw::server::open_folder(folder);
+    if (!opened.ok()) return io_error(folder);
+    return std::unique_ptr<Store>(std::make_unique<FolderStore>(std::move(opened), max_open, limits));
 }
 
 }  // namespace mvw::server

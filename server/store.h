@@ -1,11 +1,10 @@
-// Read-only catalogue of the .mvw files below one folder. Nothing above the folder can be reached and no symbolic link
-// below it is followed. Headers and indices are in memory; payloads are read from open descriptors, never mapped (a
-// mapped file that shrinks kills the process).
+// Read-only catalogue of .mvw files. Nothing above its folder can be reached and no symbolic link below it is followed.
+// Headers and indices are in memory; payloads are read from open descriptors, never mapped (a mapped file that shrinks
+// kills the process).
 #pragma once
 #include <cstdint>
-#include <list>
+#include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,36 +20,32 @@ struct StoreEntry {
     FileStamp stamp;
 };
 
-/// The folder's models. Safe to use from several threads.
+/// Models by name, from wherever they are (a folder here, an HTTP store in origin/). Safe to use from several threads.
 class Store {
  public:
-    /// Io where `folder` cannot be opened. `max_open` models are kept ready besides those in use.
+    /// A folder's models. Io where `folder` cannot be opened. `max_open` models are kept ready besides those in use.
     static Result<std::unique_ptr<Store>> open_folder(const std::string& folder, std::size_t max_open,
                                                       const Limits& limits = {});
+    virtual ~Store() = default;
     Store(const Store&) = delete;
     Store& operator=(const Store&) = delete;
 
-    /// The model of that name as it is on disk now: a file added, replaced or removed since the last call is noticed
-    /// here. Io: no such model, or the name is not a plain path. Malformed and the like: the file is not a sound .mvw.
-    Result<ModelPtr> open(std::string_view name);
+    /// The model of that name as it is now: a file added, replaced or removed since the last call is noticed here.
+    /// Io: no such model, or the name is not a plain path. NeedMoreData: it is being looked up, see when_known().
+    /// Malformed and the like: there is one, and it is not a sound .mvw or cannot be had at the moment.
+    virtual Result<ModelPtr> open(std::string_view name) = 0;
+
+    /// The same where what was found last will do as well: for lists.
+    virtual Result<ModelPtr> open_as_known(std::string_view name) { return open(name); }
+
+    /// Calls `then` once, from any thread or at once, when open() has another answer than NeedMoreData.
+    virtual void when_known(std::string_view, std::function<void()> then) { then(); }
 
     /// All .mvw files below the folder, by name, as they are now. Reads the folders alone.
-    [[nodiscard]] std::vector<StoreEntry> list() const;
+    [[nodiscard]] virtual std::vector<StoreEntry> list() const = 0;
 
- private:
-    struct Ready {
-        std::string name;
-        FileStamp stamp;
-        ModelPtr model;
-    };
-    Store(Descriptor folder, std::size_t max_open, const Limits& limits)
-        : folder_(std::move(folder)), max_open_(max_open), limits_(limits) {}
-
-    const Descriptor folder_;
-    const std::size_t max_open_;
-    const Limits limits_;
-    std::mutex mutex_;
-    std::list<Ready> ready_;  // most recently used first
+ protected:
+    Store() = default;
 };
 
 }  // namespace mvw::server

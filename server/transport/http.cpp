@@ -12,6 +12,7 @@
 
 #include "server/session.h"
 #include "server/transport/peer.h"
+#include "server/transport/waiting.h"
 #include "server/transport/websocket.h"
 
 namespace mvw::server {
@@ -81,6 +82,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
     }
 
  private:
+    using Fetch = std::function<void(Fetched)>;
     enum class State {
         Handshake,  // TLS
         Reading,    // a request's head
@@ -108,6 +110,16 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
                     co_return;
                 }
                 keep = answer(parser, reply);
+                while (!reply.waits_for.empty()) {
+                    const auto known = [this, &reply](std::function<void(bool)> then) {
+                        context_.when_known(reply.waits_for, [then = std::move(then)] { then(true); });
+                    };
+                    const std::function<void(std::function<void(bool)>)> begin = known;
+                    enter(State::Sending, context_.limits.stall_time);
+                    co_await wait_for<bool>(strand_, begin);
+                    if (ended_) co_return;
+                    look_up(parser.get(), reply);
+                }
             }
             const bool sent = co_await send(reply, keep);
             if (!sent) co_return;
@@ -175,6 +187,11 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
             reply.fields.emplace_back("Upgrade", "websocket");
             return false;
         }
+        look_up(request, reply);
+        return parser.keep_alive() && !draining_;
+    }
+
+    void look_up(const Parser::value_type& request, HttpReply& reply) {
         reply = site_.answer({std::string(request.method_string()),
                               {request.target().data(), request.target().size()},
                               field_of(request, http::field::range),
@@ -182,7 +199,6 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
                               field_of(request, http::field::if_none_match),
                               field_of(request, http::field::authorization)});
         if (reply.status == 401 || reply.status == 403) ++context_.metrics.forbidden;
-        return parser.keep_alive() && !draining_;
     }
 
     asio::awaitable<bool> send(const HttpReply& reply, bool keep_alive) {
@@ -207,6 +223,15 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
             if (model != nullptr && !model->intact()) {
                 end("the file was overwritten");
                 co_return false;
+            }
+            if (!source.ready(offset, n)) {
+                const Fetch fetch = [&](Fetched done) { source.fetch(offset, n, std::move(done)); };
+                const Result<void> fetched = co_await wait_for<Result<void>>(strand_, fetch);
+                if (ended_) co_return false;
+                if (!fetched) {
+                    end("the file cannot be had: " + fetched.error().message);
+                    co_return false;
+                }
             }
             std::size_t sent = n;
             if (as_file) {

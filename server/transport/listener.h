@@ -19,7 +19,8 @@ namespace mvw::server {
 
 /// What every connection of a server shares. Outlives them.
 struct PeerContext {
-    OpenModel open;    // called from several threads, like the next
+    OpenModel open;  // called from several threads, like the next two
+    WhenKnown when_known;
     CheckToken allow;  // empty: all is allowed
     ServerLimits limits;
     Log log;

@@ -8,14 +8,16 @@
 #include <deque>
 
 #include "server/session.h"
+#include "server/transport/waiting.h"
 
 namespace mvw::server {
 namespace {
 
-constexpr std::size_t kReadBytes = 2048;           // clients send little
-constexpr std::size_t kWriteBytes = 128u << 10;    // gathered for one write
-constexpr std::size_t kSendFileBytes = 64u << 10;  // from here on without a copy; below, one write of many is cheaper
-constexpr std::chrono::seconds kLinger{1};         // for the peer to read our last words
+constexpr std::size_t kReadBytes = 2048;            // clients send little
+constexpr std::size_t kWriteBytes = 128u << 10;     // gathered for one write
+constexpr std::size_t kSendFileBytes = 64u << 10;   // from here on without a copy; below, one write of many is cheaper
+constexpr std::uint32_t kFetchBytes = kWriteBytes;  // of a model that is elsewhere, waited for at once
+constexpr std::chrono::seconds kLinger{1};          // for the peer to read our last words
 
 /// One connection: three coroutines on one strand (reader, writer, timer) around one session.
 class Peer final : public Connection, public std::enable_shared_from_this<Peer> {
@@ -100,10 +102,15 @@ class Peer final : public Connection, public std::enable_shared_from_this<Peer> 
                 co_await wake_.async_wait(into(ignored));
                 continue;
             }
+            if (is_far(queue_.front())) {
+                const bool fetched = co_await fetch();
+                if (!fetched) co_return;
+                continue;
+            }
             gather();
             const bool written = co_await write_out();
             if (!written) co_return;
-            if (queue_.empty() || !goes_as_file(queue_.front())) continue;
+            if (queue_.empty() || is_far(queue_.front()) || !goes_as_file(queue_.front())) continue;
             const bool sent_whole = co_await send_file();
             if (!sent_whole) co_return;
         }
@@ -126,9 +133,27 @@ class Peer final : public Connection, public std::enable_shared_from_this<Peer> 
                range->model->descriptor() >= 0;
     }
 
+    // True where the model's source has to be asked for the bytes first.
+    [[nodiscard]] static bool is_far(const Queued& queued) {
+        const auto* range = std::get_if<SendRange>(&queued);
+        return range != nullptr && !range->model->ready(range->offset, std::min(range->length, kFetchBytes));
+    }
+
+    // The first bytes of the range at the queue's front.
+    asio::awaitable<bool> fetch() {
+        const SendRange range = std::get<SendRange>(queue_.front());
+        const std::function<void(Fetched)> begin = [range](Fetched done) {
+            range.model->fetch(range.offset, std::min(range.length, kFetchBytes), std::move(done));
+        };
+        const Result<void> fetched = co_await wait_for<Result<void>>(carrier_->strand(), begin);
+        if (!ended_ && !fetched) read_failed(fetched.error());
+        co_return !ended_;
+    }
+
     // The range at the queue's front, a part at a time.
     asio::awaitable<bool> send_file() {
         while (!ended_) {
+            if (is_far(queue_.front())) co_return true;
             SendRange& range = std::get<SendRange>(queue_.front());
             const std::size_t wanted = std::min<std::size_t>(range.length, kWriteBytes);
             error_code error;
@@ -189,6 +214,13 @@ class Peer final : public Connection, public std::enable_shared_from_this<Peer> 
                 queue_.emplace_back(std::move(*range));
             } else if (const auto* timer = std::get_if<SetTimer>(&action)) {
                 set_due(timer->at);
+            } else if (const auto* unknown = std::get_if<AwaitModel>(&action)) {
+                context_.when_known(unknown->name, [weak = weak_from_this()] {
+                    if (const auto self = weak.lock())
+                        asio::post(self->strand(), [self] {
+                            if (!self->ended_) self->perform(self->session_.on_model_known(Clock::now()));
+                        });
+                });
             } else {
                 closing_ = lingering_ = true;
                 close_reason_ = std::get<Close>(action).reason;
@@ -206,7 +238,8 @@ class Peer final : public Connection, public std::enable_shared_from_this<Peer> 
     // Moves what is queued into out_, up to one write's worth. Files are read here and not earlier.
     void gather() {
         out_.clear();
-        while (!queue_.empty() && out_.size() < kWriteBytes && !goes_as_file(queue_.front())) {
+        while (!queue_.empty() && out_.size() < kWriteBytes && !goes_as_file(queue_.front()) &&
+               !is_far(queue_.front())) {
             if (const auto* bytes = std::get_if<Bytes>(&queue_.front())) {
                 out_.insert(out_.end(), bytes->begin(), bytes->end());
                 queue_.pop_front();

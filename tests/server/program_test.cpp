@@ -31,11 +31,9 @@ const test::StreamModelShape kLarge{.tiles = 4, .levels = 3, .layers = 4, .paylo
 /// mvw serve of a folder on ports of the system's choice, or on given ones.
 class Served {
  public:
-    explicit Served(const std::string& folder, std::uint16_t tcp_port = 0, std::uint16_t http_port = 0)
-        : process_(BackgroundProcess::start({mvw_program(), "serve", folder, "--tcp",
-                                             "127.0.0.1:" + std::to_string(tcp_port), "--http",
-                                             "127.0.0.1:" + std::to_string(http_port)})
-                       .value()) {
+    explicit Served(const std::string& folder, std::uint16_t tcp_port = 0, std::uint16_t http_port = 0,
+                    const std::vector<std::string>& more = {})
+        : process_(BackgroundProcess::start(command(folder, tcp_port, http_port, more)).value()) {
         const std::string line = process_.first_line(20);
         tcp = port_after(line, "mvw://");
         http = port_after(line, "http://");
@@ -47,6 +45,18 @@ class Served {
     std::uint16_t tcp = 0, http = 0;
 
  private:
+    static std::vector<std::string> command(const std::string& folder, std::uint16_t tcp_port, std::uint16_t http_port,
+                                            const std::vector<std::string>& more) {
+        std::vector<std::string> words{mvw_program(),
+                                       "serve",
+                                       folder,
+                                       "--tcp",
+                                       "127.0.0.1:" + std::to_string(tcp_port),
+                                       "--http",
+                                       "127.0.0.1:" + std::to_string(http_port)};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    }
     static std::uint16_t port_after(const std::string& line, const std::string& scheme) {
         const std::size_t at = line.find(scheme);
         if (at == std::string::npos) throw std::runtime_error("mvw serve does not start: " + line);
@@ -156,6 +166,21 @@ class DeployTest : public testing::Test {
         ASSERT_TRUE(encoded.ok());
         folder_.put("a.mvw", encoded->file);
     }
+    // server/deploy/nginx.conf, serving the test's folder on a port of the loopback.
+    Result<BackgroundProcess> start_nginx(std::uint16_t port) const {
+        std::string conf = replaced(deploy_file("nginx.conf"), "/srv/mvw/", folder_.path() + "/");
+        conf = replaced(conf, "listen 80;", "listen 127.0.0.1:" + std::to_string(port) + ";");
+        conf = replaced(conf, "http {\n",
+                        "http {\n client_body_temp_path " + (scratch_ / "b") + "; proxy_temp_path " + (scratch_ / "p") +
+                            "; fastcgi_temp_path " + (scratch_ / "f") + "; uwsgi_temp_path " + (scratch_ / "u") +
+                            "; scgi_temp_path " + (scratch_ / "s") + ";\n");
+        write_text(scratch_ / "nginx.conf", conf);
+        std::string globals = "daemon off; pid " + (scratch_ / "pid") + "; error_log stderr;";
+        if (::geteuid() == 0) globals += " user root;";  // the test's folders are its own
+        return BackgroundProcess::start(
+            {"/usr/sbin/nginx", "-p", scratch_ / "", "-e", "stderr", "-c", scratch_ / "nginx.conf", "-g", globals});
+    }
+
     test::TemporaryFolder folder_;
     ScratchFolder scratch_;
 };
@@ -164,17 +189,7 @@ TEST_F(DeployTest, NginxServesStaticFiles) {
     if (!have("nginx")) GTEST_SKIP() << "nginx is not installed";
     put_model();
     const std::uint16_t port = free_port();
-    std::string conf = replaced(deploy_file("nginx.conf"), "/srv/mvw/", folder_.path() + "/");
-    conf = replaced(conf, "listen 80;", "listen 127.0.0.1:" + std::to_string(port) + ";");
-    conf = replaced(conf, "http {\n",
-                    "http {\n client_body_temp_path " + (scratch_ / "b") + "; proxy_temp_path " + (scratch_ / "p") +
-                        "; fastcgi_temp_path " + (scratch_ / "f") + "; uwsgi_temp_path " + (scratch_ / "u") +
-                        "; scgi_temp_path " + (scratch_ / "s") + ";\n");
-    write_text(scratch_ / "nginx.conf", conf);
-    std::string globals = "daemon off; pid " + (scratch_ / "pid") + "; error_log stderr;";
-    if (::geteuid() == 0) globals += " user root;";  // the test's folders are its own
-    const auto nginx = BackgroundProcess::start(
-        {"/usr/sbin/nginx", "-p", scratch_ / "", "-e", "stderr", "-c", scratch_ / "nginx.conf", "-g", globals});
+    const auto nginx = start_nginx(port);
     ASSERT_TRUE(nginx.ok());
     ASSERT_TRUE(answers(port));
     const std::string url = "http://127.0.0.1:" + std::to_string(port) + "/models/a.mvw";
@@ -182,6 +197,30 @@ TEST_F(DeployTest, NginxServesStaticFiles) {
     EXPECT_EQ(fetch_same(url + "?v=1", folder_.path("a.mvw")), "");
     const ProgramRun coarse = run_mvw({"fetch", url, scratch_ / "coarse.ply", "--level", "0", "--json"});
     EXPECT_EQ(coarse.exit_code, 0) << coarse.errors;
+}
+
+TEST_F(DeployTest, NginxIsTheStoreBehindMvwServe) {
+    if (!have("nginx")) GTEST_SKIP() << "nginx is not installed";
+    put_model();
+    const std::uint16_t port = free_port();
+    std::optional<Result<BackgroundProcess>> nginx(start_nginx(port));
+    ASSERT_TRUE(nginx->ok());
+    ASSERT_TRUE(answers(port));
+    const test::TemporaryFolder cache;
+    const std::string origin = "http://127.0.0.1:" + std::to_string(port) + "/models";
+    auto server = std::make_unique<Served>(cache.path(), 0, 0, std::vector<std::string>{"--origin", origin});
+    const std::string served = folder_.path("a.mvw");
+    EXPECT_EQ(fetch_same("mvw://" + to_string(server->tcp_address()) + "/a", served), "");
+    EXPECT_EQ(fetch_same("ws://" + to_string(server->http_address()) + "/a", served), "");
+    EXPECT_EQ(fetch_same("http://" + to_string(server->http_address()) + "/models/a.mvw", served), "");
+    // Killed, and without nginx: what is on the disk is served on.
+    const std::uint16_t tcp = server->tcp, http = server->http;
+    server->kill_it();
+    server.reset();
+    const Served again(cache.path(), tcp, http, {"--origin", origin});
+    EXPECT_EQ(fetch_same("mvw://" + to_string(again.tcp_address()) + "/a", served), "");
+    nginx.reset();
+    EXPECT_EQ(fetch_same("mvw://" + to_string(again.tcp_address()) + "/a", served), "");
 }
 
 TEST_F(DeployTest, VarnishKeepsWhatMvwServes) {

@@ -24,6 +24,7 @@ class SessionTest : public testing::Test {
     void start() {
         session_.emplace(
             [this](std::string_view name) -> Result<ModelPtr> {
+                if (unknown_) return Error{Errc::NeedMoreData, 0, "not known yet"};
                 if (name != "bunny") return Error{Errc::Io, 0, "no such model"};
                 return ModelPtr(model_);
             },
@@ -62,6 +63,8 @@ class SessionTest : public testing::Test {
                 out_.insert(out_.end(), bytes_of_range.begin(), bytes_of_range.end());
             } else if (auto* timer = std::get_if<SetTimer>(&action)) {
                 timer_ = timer->at;
+            } else if (const auto* model = std::get_if<AwaitModel>(&action)) {
+                awaited_.push_back(model->name);
             } else {
                 closed_ = true;
             }
@@ -99,7 +102,8 @@ class SessionTest : public testing::Test {
     Clock::time_point now_ = Clock::time_point(1h);
     std::optional<Clock::time_point> timer_;
     Bytes out_;
-    bool closed_ = false;
+    bool closed_ = false, unknown_ = false;
+    std::vector<std::string> awaited_;
 };
 
 TEST_F(SessionTest, HelloAndOpenTogetherBringTheWholeModel) {
@@ -236,6 +240,55 @@ TEST_F(SessionTest, IndexComesAsItIsOnDisk) {
     const Result<Toc> toc = read_toc(model_->toc().header, index[0].bytes, model_->file_bytes());
     ASSERT_TRUE(toc.ok());
     EXPECT_EQ(toc->chunks.size(), model_->toc().chunks.size());
+}
+
+TEST_F(SessionTest, ModelThatIsBeingLookedUpIsAwaitedAndWhatIsAskedMeanwhileCounts) {
+    unknown_ = true;
+    start();
+    greet();
+    open({.id = 1});
+    send(Request{.id = 2, .max_level = 0});
+    send(GetIndex{});
+    send(Ping{5});
+    EXPECT_EQ(awaited_, std::vector<std::string>{"bunny"});
+    EXPECT_EQ(sent<Pong>().size(), 1u);
+    take(session_->on_model_known(now_));
+    EXPECT_EQ(awaited_.size(), 2u) << "not known even now: waits on";
+    unknown_ = false;
+    take(session_->on_model_known(now_));
+    drain_queue();
+    EXPECT_EQ(sent<Model>().size(), 1u);
+    EXPECT_EQ(sent<Index>().size(), 1u);
+    for (const Chunk& c : sent<Chunk>()) EXPECT_EQ(c.id.level, 0);
+    ASSERT_EQ(sent<End>().size(), 1u);
+    EXPECT_EQ(sent<End>()[0].id, 2u);
+    take(session_->on_model_known(now_));
+    EXPECT_EQ(sent<Model>().size(), 1u);
+}
+
+TEST_F(SessionTest, AwaitedModelMayTurnOutToBeNoneOrBeCancelledOrDrained) {
+    unknown_ = true;
+    start();
+    greet();
+    open({.id = 1}, "nobody");
+    open({.id = 2}, "nobody");
+    unknown_ = false;
+    take(session_->on_model_known(now_));
+    take(session_->on_model_known(now_));
+    EXPECT_EQ(only_error(), ErrorCode::NotFound);
+    unknown_ = true;
+    open({.id = 3});
+    send(Cancel{3});
+    ASSERT_EQ(sent<End>().size(), 1u);
+    EXPECT_EQ(sent<End>()[0].reason, EndReason::Cancelled);
+    open({.id = 4});
+    take(session_->on_drain(now_));
+    EXPECT_FALSE(closed_) << "a request is present";
+    unknown_ = false;
+    take(session_->on_model_known(now_));
+    drain_queue();
+    EXPECT_EQ(sent<End>().size(), 2u);
+    EXPECT_TRUE(closed_);
 }
 
 TEST_F(SessionTest, PingIsAnsweredWithItsNonce) {

@@ -17,6 +17,8 @@ namespace {
 struct ServeArguments {
     std::string folder, tcp = "127.0.0.1:7707", http = "127.0.0.1:8080", log = "info";
     std::string page, tls_cert, tls_key, tokens;
+    std::string origin, origin_list, origin_ca;
+    double cache_gigabytes = 10;
     std::size_t max_connections = server::ServerLimits{}.max_connections;
     std::size_t max_per_address = server::ServerLimits{}.max_connections_per_address;
     double idle_seconds = 300, requests_per_second = server::ServerLimits{}.messages_per_second;
@@ -61,6 +63,13 @@ void serve(const ServeArguments& arguments) {
     Result<protocol::HostPort> http = protocol::parse_host_port(arguments.http, protocol::kDefaultHttpPort);
     if (!http) throw Fatal{kUsage, "--http " + http.error().message};
     options.http = std::move(http).value();
+    if (!arguments.origin.empty() || !arguments.origin_list.empty()) {
+        options.origin.emplace();
+        options.origin->url = arguments.origin;
+        options.origin->list = arguments.origin_list;
+        options.origin->ca_file = arguments.origin_ca;
+        options.origin->cache_bytes = static_cast<std::uint64_t>(arguments.cache_gigabytes * 1e9);
+    }
     options.page = arguments.page.empty() ? default_page() : arguments.page;
     options.tls_cert = arguments.tls_cert;
     options.tls_key = arguments.tls_key;
@@ -94,7 +103,19 @@ void add_serve(CLI::App& app) {
     command->footer(
         "Prints one line with its addresses. The first interrupt lets present streams end, the second stops at once.\n"
         "Example: mvw serve models --tcp 0.0.0.0:7707");
-    command->add_option("DIR", arguments->folder, "Folder to serve")->required();
+    command->add_option("DIR", arguments->folder, "Folder to serve; with --origin, of its cache")->required();
+    CLI::Option* origin = command->add_option(
+        "--origin", arguments->origin,
+        "Serves models of an HTTP store with Range: NAME is URL/NAME.mvw, with the URL's query behind it");
+    command
+        ->add_option("--origin-list", arguments->origin_list,
+                     "The same by a file of lines \"NAME URL\" (pre-signed URLs), read again when it changes")
+        ->excludes(origin);
+    command->add_option("--origin-ca", arguments->origin_ca,
+                        "PEM file of who signs the store's certificate; else the system's");
+    command->add_option("--cache-gb", arguments->cache_gigabytes, "Gigabytes of the cache of --origin, 10^9 bytes each")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     command->add_option("--tcp", arguments->tcp, "Address of the native protocol; port 0 lets the system choose")
         ->capture_default_str();
     command->add_option("--http", arguments->http, "Address of HTTP and WebSocket (ws://HOST:PORT/stream), likewise")
