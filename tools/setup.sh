@@ -2,7 +2,7 @@
 # Installs what a build needs on Debian 12, as root or as a user with sudo. Safe to run again: does nothing when done.
 set -euo pipefail
 packages=(
-    g++ python3 clang clang-tidy clang-format cmake ninja-build ccache mold pkg-config git ca-certificates
+    g++ python3 xz-utils clang clang-tidy clang-format cmake ninja-build ccache mold pkg-config git ca-certificates
     libdraco-dev libboost-dev libssl-dev libzstd-dev zstd libgtest-dev libgmock-dev libbenchmark-dev
     libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libembree-dev libhwy-dev libxxhash-dev libeigen3-dev
     libtinyobjloader-dev libtinygltf-dev libtbb-dev libclang-rt-14-dev

@@ -15,7 +15,7 @@ mkdir -p "$out/sources" "$out/module"
 fetch_sources() {
     local work="$out/sources/fetch"
     rm -rf "$work"
-    mkdir -p "$work/parts" "$work/lists/partial"
+    mkdir -p "$work/parts" "$work/lists/partial" "$work/cache/archives/partial"
     for list in /etc/apt/sources.list /etc/apt/sources.list.d/*.list; do
         [ ! -s "$list" ] || sed -n 's/^deb /deb-src /p' "$list" >"$work/parts/$(basename "$list" .list).list"
     done
@@ -23,7 +23,7 @@ fetch_sources() {
         [ ! -s "$list" ] || sed 's/^Types:.*/Types: deb-src/' "$list" >"$work/parts/$(basename "$list")"
     done
     local apt=(apt-get -q -o Dir::Etc::SourceList=/dev/null -o Dir::Etc::SourceParts="$work/parts"
-        -o Dir::State::Lists="$work/lists" -o APT::Sandbox::User="$(id -un)")
+        -o Dir::State::Lists="$work/lists" -o Dir::Cache="$work/cache" -o APT::Sandbox::User="$(id -un)")
     "${apt[@]}" update >&2
     (cd "$work" && "${apt[@]}" --download-only source draco libzstd >&2)
     mkdir -p "$out/sources/draco" "$out/sources/zstd"
