@@ -19,10 +19,11 @@ namespace mvw::client {
 
 class Stream::Impl {
  public:
-    Impl(Url url, StreamOptions options, Callbacks callbacks)
+    Impl(const Url& url, StreamOptions options, Callbacks callbacks)
         : callbacks_(std::move(callbacks)),
           feed_(options.limits, options.keep_chunks,
                 [this](const Refinement& r, const Decoder& d) {
+                    note_places(d);
                     if (callbacks_.refined) callbacks_.refined(r, d);
                 }),
           work_(asio::make_work_guard(io_)) {
@@ -33,6 +34,9 @@ class Stream::Impl {
             return;
         }
         tls_ = std::move(tls).value();
+        wants_ = options.wants;
+        view_ = options.view;
+        if (view_ && view_->pixel_error > 0) options.wants.max_level = 0;
         LinkOptions link{std::move(options.wants), options.retry, options.limits, std::move(options.token),
                          std::random_device{}()};
         link_ = make_link(io_, tls_.get(), url, std::move(link), [this](Notice&& notice) { tell(std::move(notice)); });
@@ -51,26 +55,37 @@ class Stream::Impl {
     }
 
     void want(Wants wants) {
-        forget_outcome();  // for a wait() that follows
-        asio::post(io_, [this, w = std::move(wants)]() mutable {
-            forget_outcome();  // of the wants before, which may have come meanwhile
-            link_->want(std::move(w));
-        });
+        const std::lock_guard lock(look_mutex_);
+        wants_ = std::move(wants);
+        pass_on_wants();
+    }
+    void look(const View& view) {
+        const std::lock_guard lock(look_mutex_);
+        if (view_ == view) return;
+        view_ = view;
+        if (!places_.empty()) pass_on_wants();
     }
     void cancel() {
+        const std::lock_guard lock(look_mutex_);
+        view_.reset();  // no base that still comes makes it want more
         asio::post(io_, [this] { link_->cancel(); });
     }
     Result<Summary> wait() {
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return outcome_.has_value(); });
-        const Result<protocol::EndReason> outcome = *outcome_;
+        std::optional<Result<protocol::EndReason>> outcome;
+        while (!outcome_) {
+            changed_.wait(lock, [&] { return outcome_.has_value(); });
+            outcome = outcome_;
+            lock.unlock();
+            feed_.wait_idle();  // what is decoded last may show that a view wants more
+            lock.lock();
+        }
         lock.unlock();
-        feed_.wait_idle();
-        if (!outcome) return outcome.error();
+        if (!outcome->ok()) return outcome->error();
         if (feed_.error()) return *feed_.error();
         lock.lock();
         Summary summary = summary_;
-        summary.reason = *outcome;
+        summary.reason = **outcome;
         summary.seconds = std::chrono::duration<double>(Clock::now() - begun_).count();
         summary.first_mesh_seconds = feed_.first_mesh_seconds();
         return summary;
@@ -130,9 +145,38 @@ class Stream::Impl {
             count([](Summary& s) { s.cached_bytes = 0; });
     }
 
+    // On the decoding thread: where the tiles are, once another part's base has come.
+    void note_places(const Decoder& decoder) {
+        const std::lock_guard lock(look_mutex_);
+        if (!view_) return;
+        std::size_t bases = 0;
+        for (std::size_t part = 0; part < decoder.header()->parts.size(); ++part)
+            bases += decoder.base(part) != nullptr;
+        if (bases == placed_bases_) return;
+        placed_bases_ = bases;
+        places_ = place_tiles(decoder);
+        pass_on_wants();
+    }
+
+    // Under look_mutex_, so that the last wants are those that are asked for.
+    void pass_on_wants() {
+        Wants wants = wants_;
+        if (view_ && wants.tiles.empty()) wants.tiles = choose_tiles(places_, *view_);
+        if (view_ && !wants.tiles.empty() && !view_->outside) wants.other_priority = 0;
+        forget_outcome();  // for a wait() that follows
+        asio::post(io_, [this, w = std::move(wants)]() mutable {
+            {
+                const std::lock_guard lock(mutex_);
+                --unpassed_wants_;
+            }
+            link_->want(std::move(w));
+        });
+    }
+
     // A failure stays: nothing comes after it.
     void forget_outcome() {
         const std::lock_guard lock(mutex_);
+        ++unpassed_wants_;
         if (outcome_ && outcome_->ok()) outcome_.reset();
     }
 
@@ -144,6 +188,7 @@ class Stream::Impl {
 
     void end(Result<protocol::EndReason> outcome) {
         const std::lock_guard lock(mutex_);
+        if (outcome.ok() && unpassed_wants_ > 0) return;  // of wants that others have taken the place of
         outcome_ = std::move(outcome);
         changed_.notify_all();
     }
@@ -153,7 +198,13 @@ class Stream::Impl {
     std::mutex mutex_;
     std::condition_variable changed_;
     std::optional<Result<protocol::EndReason>> outcome_;
+    unsigned unpassed_wants_ = 0;  // on their way to the network thread
     Summary summary_;
+    std::mutex look_mutex_;  // of the next four; taken before mutex_
+    Wants wants_;
+    std::optional<View> view_;
+    std::vector<TilePlace> places_;
+    std::size_t placed_bases_ = 0;
     Feed feed_;
     std::unique_ptr<asio::ssl::context> tls_;
     std::optional<ChunkCache> cache_;
@@ -164,11 +215,14 @@ class Stream::Impl {
     std::thread thread_;
 };
 
-Stream::Stream(Url url, StreamOptions options, Callbacks callbacks)
-    : impl_(std::make_unique<Impl>(std::move(url), std::move(options), std::move(callbacks))) {}
+Stream::Stream(const Url& url, StreamOptions options, Callbacks callbacks)
+    : impl_(std::make_unique<Impl>(url, std::move(options), std::move(callbacks))) {}
 Stream::~Stream() = default;
 void Stream::want(Wants wants) {
     impl_->want(std::move(wants));
+}
+void Stream::look(const View& view) {
+    impl_->look(view);
 }
 void Stream::cancel() {
     impl_->cancel();

@@ -7,11 +7,13 @@
 
 #include "client/feed.h"
 #include "client/url.h"
+#include "client/view.h"
 
 namespace mvw::client {
 
 struct StreamOptions {
     Wants wants;
+    std::optional<View> view{};  // as by look(); where it leaves levels out, the first request is for level 0 alone
     RetryPolicy retry;
     Limits limits;
     std::string token;
@@ -41,17 +43,20 @@ struct Callbacks {
     std::function<void()> restarted;
 };
 
-/// One model on its way: two threads, network and decoding. All calls from any thread but those two, except want() and
-/// cancel(), which may come from anywhere.
+/// One model on its way: two threads, network and decoding. All calls from any thread but those two, except want(),
+/// look() and cancel(), which may come from anywhere.
 class Stream {
  public:
-    Stream(Url url, StreamOptions options, Callbacks callbacks);
+    Stream(const Url& url, StreamOptions options, Callbacks callbacks);
     ~Stream();  // leaves the server without a word
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
     /// Wants something else from now on; chunks that are held are not sent again.
     void want(Wants wants);
+    /// Chooses among what is wanted for a camera from now on, as choose_tiles() does, as soon as the tiles' places are
+    /// known. Goes with wants that list no tiles; more than a few times a second is of no use.
+    void look(const View& view);
     /// Wants nothing more: wait() returns soon.
     void cancel();
     /// Returns when all that is wanted is decoded, or with the reason why that will never be.

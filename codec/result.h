@@ -35,9 +35,9 @@ class [[nodiscard]] Result {
 
     [[nodiscard]] bool ok() const { return state_.index() == 0; }
     explicit operator bool() const { return ok(); }
-    T& value() & { return assert(ok()), *std::get_if<0>(&state_); }
-    const T& value() const& { return assert(ok()), *std::get_if<0>(&state_); }
-    T&& value() && { return assert(ok()), std::move(*std::get_if<0>(&state_)); }
+    T& value() & { return assert(ok()), *std::get_if<0>(&state_); }               // NOLINT(clang-analyzer-core.*)
+    const T& value() const& { return assert(ok()), *std::get_if<0>(&state_); }    // NOLINT(clang-analyzer-core.*)
+    T&& value() && { return assert(ok()), std::move(*std::get_if<0>(&state_)); }  // NOLINT(clang-analyzer-core.*)
     T& operator*() & { return value(); }
     const T& operator*() const& { return value(); }
     T* operator->() { return &value(); }

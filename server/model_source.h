@@ -24,7 +24,7 @@ class ByteSource {
     /// False where fetch() must come before read() or a send by descriptor(): the bytes are not on this machine yet.
     [[nodiscard]] virtual bool ready(std::uint64_t /*offset*/, std::uint64_t /*length*/) const { return true; }
     /// Brings these bytes here. Calls `done` once, from any thread or at once, with Io where that fails.
-    virtual void fetch(std::uint64_t /*offset*/, std::uint64_t /*length*/, Fetched done) const { done({}); }
+    virtual void fetch(std::uint64_t /*offset*/, std::uint64_t /*length*/, const Fetched& done) const { done({}); }
 };
 
 /// One model, fixed at the moment it was opened; read() is by offsets of its file. Safe to use from several threads.
@@ -53,7 +53,7 @@ using ModelPtr = std::shared_ptr<const ModelSource>;
 /// Finds a model by the name that a peer sent. Io: no such model. NeedMoreData: not known yet, wait and ask again.
 using OpenModel = std::function<Result<ModelPtr>(std::string_view name)>;
 /// Calls `then` once, from any thread or at once, when OpenModel has another answer than NeedMoreData for the name.
-using WhenKnown = std::function<void(std::string_view name, std::function<void()> then)>;
+using WhenKnown = std::function<void(std::string_view name, const std::function<void()>& then)>;
 /// Whether a token allows a model; an error's message is a sentence for the peer. Empty: all is allowed.
 using CheckToken = std::function<Result<void>(std::string_view token, std::string_view name)>;
 

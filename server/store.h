@@ -39,7 +39,7 @@ class Store {
     virtual Result<ModelPtr> open_as_known(std::string_view name) { return open(name); }
 
     /// Calls `then` once, from any thread or at once, when open() has another answer than NeedMoreData.
-    virtual void when_known(std::string_view, std::function<void()> then) { then(); }
+    virtual void when_known(std::string_view, const std::function<void()>& then) { then(); }
 
     /// All .mvw files below the folder, by name, as they are now. Reads the folders alone.
     [[nodiscard]] virtual std::vector<StoreEntry> list() const = 0;

@@ -3,7 +3,7 @@
 #
 #   tests/run.sh            g++, optimised
 #   tests/run.sh clang      the second compiler
-#   tests/run.sh sanitize   address and undefined-behaviour sanitizers, without the tests on real models
+#   tests/run.sh sanitize   address and undefined-behaviour sanitizers: 45 minutes on real models
 #
 # Tests on real models read the folder that MVW_MODELS names and are skipped (and counted) where it is unset.
 set -euo pipefail
@@ -20,7 +20,7 @@ cmake --preset "$preset"
 cmake --build --preset "$preset"
 
 if [ "$preset" = sanitize ]; then
-    unset MVW_MODELS
+    export MVW_TEST_SECONDS=3000
     # What Mesa, LLVM and Embree keep for the life of a process is not ours to free.
     export LSAN_OPTIONS="suppressions=$PWD/tests/leaks_of_libraries.txt:print_suppressions=0"
     export UBSAN_OPTIONS="print_stacktrace=1"

@@ -34,8 +34,8 @@ OriginModel::OriginModel(const OriginLink& link, StoreUrl url, std::string valid
       validator_(std::move(validator)),
       file_(std::move(file)) {}
 
-void OriginModel::fetch(std::uint64_t offset, std::uint64_t length, Fetched done) const {
-    asio::post(link_.io, [self = shared_from_this(), job = Job{offset, length, std::move(done)}]() mutable {
+void OriginModel::fetch(std::uint64_t offset, std::uint64_t length, const Fetched& done) const {
+    asio::post(link_.io, [self = shared_from_this(), job = Job{offset, length, done}]() mutable {
         self->jobs_.push_back(std::move(job));
         if (std::exchange(self->working_, true)) return;
         asio::co_spawn(

@@ -42,7 +42,7 @@ class OriginModel final : public ModelSource, public std::enable_shared_from_thi
     [[nodiscard]] bool ready(std::uint64_t offset, std::uint64_t length) const override {
         return file_->has(offset, length);
     }
-    void fetch(std::uint64_t offset, std::uint64_t length, Fetched done) const override;
+    void fetch(std::uint64_t offset, std::uint64_t length, const Fetched& done) const override;
     [[nodiscard]] bool intact() const override { return !changed_; }
 
     /// True once the store has refused a piece under this URL: another one may be needed (signatures expire).

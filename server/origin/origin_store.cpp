@@ -142,13 +142,13 @@ class OriginStore final : public Store {
         return open(name);
     }
 
-    void when_known(std::string_view name, std::function<void()> then) override {
+    void when_known(std::string_view name, const std::function<void()>& then) override {
         if (name.ends_with(kEnding)) name.remove_suffix(kEnding.size());
         {
             const std::lock_guard lock(mutex_);
             const auto found = entries_.find(name);
             if (found != entries_.end() && found->second.looking) {
-                found->second.waiting.push_back(std::move(then));
+                found->second.waiting.push_back(then);
                 return;
             }
         }

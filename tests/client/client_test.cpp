@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "codec/encoder.h"
 #include "server/server.h"
 #include "tests/support/certificate.h"
@@ -35,6 +37,19 @@ class StreamTest : public testing::Test {
     test::TemporaryFolder folder_;
     std::unique_ptr<server::Server> server_;
 };
+
+// A torus of nearly three units across, with bumps for its levels to hold, in 16 tiles.
+const Bytes& tiled_file() {
+    static const Bytes file = [] {
+        EncodeOptions options;
+        options.threads = 1;
+        options.tile_count = 16;
+        Mesh mesh = torus(192, 96);
+        for (Vec3& p : mesh.positions) p *= 1 + 0.03 * std::sin(12 * p.x) * std::sin(15 * p.y) * std::sin(14 * p.z);
+        return encode(mesh, options).value().file;
+    }();
+    return file;
+}
 
 /// Every way in, with and without TLS.
 class EveryWayTest : public testing::TestWithParam<std::tuple<Scheme, bool>> {
@@ -84,6 +99,38 @@ TEST_P(EveryWayTest, LevelAndThenTheRest) {
     ASSERT_TRUE(summary.ok()) << summary.error().message;
     EXPECT_GT(stream.feed().decoder().state().chunks, coarse);
     EXPECT_EQ(stream.feed().file().value(), torus_file());
+}
+
+// A small picture needs no level whose triangles it does not show; the rest comes when
+// the camera asks for it.
+TEST_P(EveryWayTest, ViewBringsWhatShowsAndTheRestWhenItIsLookedAt) {
+    start();
+    folder_.put("torus.mvw", tiled_file());
+    View view;
+    view.from_model = {0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, -4, 1};  // from (4, 0, 0), along -x
+    view.scale_x = view.scale_y = 3;
+    view.height = 300;
+    view.pixel_error = 2;
+    view.outside = false;
+    options_.view = view;
+    Stream stream(url_, options_, {});
+    const Result<Summary> near = stream.wait();
+    ASSERT_TRUE(near.ok()) << near.error().message;
+    const std::uint64_t first = stream.feed().state().bytes, all = tiled_file().size();
+    EXPECT_LT(first, 2 * all / 3);
+    const unsigned finest = stream.feed().decoder().header()->parts[0].levels;
+    EXPECT_GT(stream.feed().state().level, 0u) << "nothing came but the base";
+    EXPECT_LE(stream.feed().state().level, finest);
+
+    view.from_model[0] = view.from_model[10] = -0.01f;  // a little aside
+    view.pixel_error = 0;
+    view.outside = true;
+    stream.look(view);
+    const Result<Summary> whole = stream.wait();
+    ASSERT_TRUE(whole.ok()) << whole.error().message;
+    const Result<Bytes> file = stream.feed().file();
+    ASSERT_TRUE(file.ok());
+    EXPECT_TRUE(*file == tiled_file());
 }
 
 TEST_P(EveryWayTest, CacheSavesWhatItHasAndNothingElse) {

@@ -5,36 +5,8 @@
 #include <utility>
 
 #include "codec/mesh/io/files.h"
-#include "codec/tiles.h"
 
 namespace mvw::client {
-namespace {
-
-/// Spheres around the tiles of each part, from the base mesh as it is now.
-std::vector<TilePlace> place_tiles(const Decoder& decoder) {
-    std::vector<TilePlace> places;
-    const Result<Mesh> bases = decoder.mesh(0);
-    if (!bases.ok()) return places;
-    const FileHeader& header = *decoder.header();
-    const Vec3 origin{header.center[0], header.center[1], header.center[2]};
-    std::size_t first_face = 0;
-    for (std::size_t part = 0; part < header.parts.size(); ++part) {
-        const BaseMesh* base = decoder.base(part);
-        if (base == nullptr) continue;
-        const unsigned tiles = header.parts[part].tiles;
-        const std::vector<std::uint16_t> tile_of = tile_of_faces(*base, tiles);
-        std::vector<Box> boxes(tiles);
-        for (std::size_t f = 0; f < tile_of.size(); ++f)
-            for (const std::uint32_t v : bases->faces[first_face + f]) boxes[tile_of[f]].add(bases->positions[v]);
-        for (unsigned tile = 0; tile < tiles; ++tile)
-            places.push_back({static_cast<std::uint16_t>(part), static_cast<std::uint16_t>(tile),
-                              to_float(boxes[tile].center() - origin), static_cast<float>(boxes[tile].diagonal() / 2)});
-        first_face += tile_of.size();
-    }
-    return places;
-}
-
-}  // namespace
 
 LiveModel::LiveModel(std::string place, StreamOptions options)
     : place_(std::move(place)), options_(std::move(options)), thread_([this] { run(); }) {}
@@ -61,9 +33,10 @@ void LiveModel::show(const DrawableOptions& options) {
     changed_.notify_all();
 }
 
-void LiveModel::want(Wants wants) {
+void LiveModel::look(const View& view) {
     const std::lock_guard lock(mutex_);
-    if (stream_ != nullptr && !stopping_) stream_->want(std::move(wants));
+    view_ = view;
+    if (stream_ != nullptr && !stopping_) stream_->look(view);
 }
 
 std::string LiveModel::message() const {
@@ -116,6 +89,7 @@ void LiveModel::stream(const Url& url) {
     {
         const std::lock_guard lock(mutex_);
         stream_ = &stream;
+        if (view_) stream.look(*view_);
         if (stopping_) stream.cancel();
     }
     const Result<Summary> summary = stream.wait();
@@ -174,7 +148,6 @@ void LiveModel::draw(const Decoder& decoder, const DecodeState& state) {
         frame->parts = static_cast<unsigned>(decoder.header()->parts.size());
         for (const PartInfo& part : decoder.header()->parts)
             frame->levels = std::max<unsigned>(frame->levels, part.levels);
-        frame->tiles = place_tiles(decoder);
     }
     const std::lock_guard lock(mutex_);
     answered_ = version;

@@ -15,13 +15,6 @@
 
 namespace mvw::client {
 
-/// Where one tile of one part lies: a sphere, relative to the drawable's origin.
-struct TilePlace {
-    std::uint16_t part = 0, tile = 0;
-    Vec3f middle;
-    float radius = 0;
-};
-
 /// What a window shows: a drawable and all that it says about it.
 struct LiveFrame {
     Drawable drawable;
@@ -29,7 +22,6 @@ struct LiveFrame {
     double draw_seconds = 0;         // that making the drawable took
     unsigned levels = 0, parts = 0;  // of the file
     std::uint64_t file_bytes = 0;
-    std::vector<TilePlace> tiles;             // one where a part is not tiled
     std::vector<std::array<float, 2>> curve;  // bytes, RMS error left, after each chunk so far
 };
 
@@ -47,8 +39,8 @@ class LiveModel {
     std::unique_ptr<LiveFrame> take();
     /// What drawables shall hold; the next one comes soon, also when all bytes are there.
     void show(const DrawableOptions& options);
-    /// Which tiles are wanted first. Ignored for files and before the header is there.
-    void want(Wants wants);
+    /// Where it is looked at from: what is in view comes first. Ignored for files.
+    void look(const View& view);
     /// For people: empty while all is well.
     [[nodiscard]] std::string message() const;
     /// Everything is there, or nothing more will come.
@@ -70,6 +62,7 @@ class LiveModel {
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     DrawableOptions shown_;
+    std::optional<View> view_;
     std::uint64_t asked_ = 1, answered_ = 0;  // versions of shown_
     std::unique_ptr<LiveFrame> frame_;
     std::string message_;

@@ -15,7 +15,6 @@
 
 #include "client/viewer/image.h"
 #include "client/viewer/window/controls.h"
-#include "client/viewer/window/visible_tiles.h"
 
 namespace mvw::client {
 namespace {
@@ -163,7 +162,7 @@ class Loop {
         renderer_.draw(panel_.camera, panel_.look);
         ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
         ++summary_.frames;
-        ask_for_view();
+        ask_for_view(height);
         if (!options_.screenshot.empty() && model_.settled() && ++settled_frames_ > 2) return shoot(width, height);
         glfwSwapBuffers(window_);
         return true;
@@ -172,23 +171,23 @@ class Loop {
     void take_frame() {
         const std::unique_ptr<LiveFrame> fresh = model_.take();
         if (!fresh) return;
-        if (tiles_.empty()) panel_.camera.fit(fresh->drawable);
-        tiles_ = fresh->tiles;
+        if (!std::exchange(fitted_, true)) panel_.camera.fit(fresh->drawable);
         panel_.note(*fresh);
         renderer_.upload(fresh->drawable);
     }
 
     /// A few times a second, where the camera has moved or a first mesh has come.
-    void ask_for_view() {
+    void ask_for_view(int height) {
         const auto now = std::chrono::steady_clock::now();
-        if (tiles_.size() < 2 || model_.ended() || now - asked_at_ < std::chrono::milliseconds(250) ||
+        if (!fitted_ || model_.ended() || now - asked_at_ < std::chrono::milliseconds(250) ||
             panel_.camera.view == asked_view_)
             return;
         asked_at_ = now;
         asked_view_ = panel_.camera.view;
-        Wants wants = options_.stream.wants;
-        wants.tiles = visible_tiles(tiles_, panel_.camera);
-        model_.want(std::move(wants));
+        const Turntable& camera = panel_.camera;
+        View view{camera.view, camera.projection[0], camera.projection[5], 0.05f * camera.radius};
+        view.height = static_cast<unsigned>(std::max(height, 1));
+        model_.look(view);
     }
 
     Result<bool> shoot(int width, int height) {
@@ -203,7 +202,7 @@ class Loop {
     LiveModel model_;
     LiveRenderer renderer_;
     Panel panel_;
-    std::vector<TilePlace> tiles_;
+    bool fitted_ = false;
     std::array<float, 16> asked_view_{};
     std::chrono::steady_clock::time_point asked_at_;
     unsigned settled_frames_ = 0;
