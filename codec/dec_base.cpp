@@ -82,8 +82,7 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
     if (info.levels > 0) {
         p.reconstruction = in.u8();
         for (unsigned level = 0; level <= info.levels; ++level) p.steps.push_back(in.u8());
-        p.across.push_back(p.steps[0]);
-        for (unsigned level = 1; level <= info.levels; ++level) p.across.push_back(in.u8());
+        for (unsigned level = 0; level <= info.levels; ++level) p.across.push_back(in.u8());
     }
     if (flags & kBaseTransform) {
         p.transform.s = static_cast<double>(in.f32());

@@ -64,11 +64,9 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
     blocks_.resize(std::size_t{info_.tiles} * (finest_ + 1u));
     if (base_->params.color_components > 0) color_blocks_.resize(blocks_.size());
+    units_ = PartUnits(base_->mesh, base_->creases, base_->materials, base_->grid, base_->params);
     coefficients_.reserve(base_->grid.size());
-    const auto grid = static_cast<float>(base_->params.grid());
-    for (const auto& g : base_->grid)
-        coefficients_.push_back(Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} *
-                                grid);
+    for (std::uint32_t v = 0; v < base_->grid.size(); ++v) coefficients_.push_back(units_.origin(v));
     for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
         for (unsigned level = 0; level <= finest_; ++level)
             for (const Channel channel : {Channel::Geometry, Channel::Color})
@@ -175,17 +173,11 @@ void PartDecoder::store_values(const ChunkId& id, const Block& from) {
     from.decoder.values(base_->params.reconstruction_point(), scratch_);
     if (id.channel == Channel::Color) return store_colors(shape, level);
     ensure_coefficients(level);
-    const float step = base_->params.step(level);
-    const float across = base_->params.step_across(level);
-    const auto grid = static_cast<float>(base_->params.grid());
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const std::uint32_t v = shape.indices()[i];
-        Vec3f value{scratch_[3 * i] * step, scratch_[3 * i + 1] * across, scratch_[3 * i + 2] * across};
-        if (level == 0) {
-            const auto& g = base_->grid[v];
-            value += Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} * grid;
-        }
-        coefficients_[v] = value;
+        const Vec3f step = units_.steps(level, v);
+        const Vec3f value{scratch_[3 * i] * step.x, scratch_[3 * i + 1] * step.y, scratch_[3 * i + 2] * step.z};
+        coefficients_[v] = level == 0 ? units_.origin(v) + units_.frame(v).to_model(value) : value;
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include "codec/dec_base.h"
 #include "codec/entropy/dec_block.h"
+#include "codec/part_units.h"
 
 namespace mvw {
 
@@ -75,6 +76,7 @@ class PartDecoder {
     unsigned finest_ = 0, detail_level_ = 0;
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
+    PartUnits units_;
     Tiling whole_, tiling_;  // of levels below info_.first_tiled_level, and of the others
     std::vector<std::unique_ptr<Block>> blocks_, color_blocks_;  // tile-major; null before the first chunk
     std::uint64_t blocks_left_ = 0;                              // that memory allows

@@ -170,11 +170,7 @@ Bytes write_draco(const std::vector<Face>& faces, const std::vector<GridPoint>& 
     return run_draco(*draco_mesh(faces, grid), sequential, speed);
 }
 
-CodedBase code_base(const BaseMesh& source, const std::vector<Vec3>& points, unsigned bits) {
-    std::vector<GridPoint> grid(source.vertex_count());
-    for (std::size_t v = 0; v < grid.size(); ++v)
-        for (std::size_t k = 0; k < 3; ++k)
-            grid[v][k] = static_cast<std::int32_t>(std::lround(std::ldexp(points[v][k], static_cast<int>(bits))));
+CodedBase code_base(const BaseMesh& source, const std::vector<GridPoint>& grid) {
     const std::unique_ptr<draco::Mesh> mesh = draco_mesh(source.faces(), grid);
     CodedBase best;
     for (const int speed : {0, 1, 3, 5, 7}) {
@@ -243,7 +239,7 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
     if (mesh.levels > 0) {
         out.u8(params.reconstruction);
         for (const std::uint8_t code : params.steps) out.u8(code);
-        for (std::size_t level = 1; level < params.across.size(); ++level) out.u8(params.across[level]);
+        for (const std::uint8_t code : params.across) out.u8(code);
     }
     if (own_transform) {
         out.f32(static_cast<float>(t.s));

@@ -16,9 +16,9 @@ struct CodedBase {
     std::vector<std::uint8_t> source_corner;        // which corner of it became corner 0
 };
 
-/// points: the source's vertices in coded space (within [-0.6, 0.6]). bits: 1 to 30. Cannot fail for a valid base: what
-/// edgebreaker would change is coded sequentially.
-CodedBase code_base(const BaseMesh& source, const std::vector<Vec3>& points, unsigned bits);
+/// grid: the source's vertices in units of the base's grid, below 2^30. Cannot fail for a valid base: what edgebreaker
+/// would change is coded sequentially.
+CodedBase code_base(const BaseMesh& source, const std::vector<std::array<std::int32_t, 3>>& grid);
 
 /// A mesh on a grid by Draco, without the 11 bytes in front; empty where it refuses. speed: 0 (best) to 10.
 Bytes write_draco(const std::vector<Face>& faces, const std::vector<std::array<std::int32_t, 3>>& grid, bool sequential,

@@ -18,42 +18,46 @@ double across_of(unsigned levels_above) {
     return kAcross[std::min<std::size_t>(levels_above, kAcross.size() - 1)];
 }
 
-/// Steps whose errors weigh the same on every level; plane 0 leaves about `error`. Level 0 is in model axes, of which a
-/// third is normal.
+/// Steps whose errors weigh the same on every level; plane 0 leaves about `error`.
 void choose_steps(PartParams& params, const TransformOptions& transform, unsigned levels, double error,
                   const std::vector<LevelGain>& gains) {
     const double move = error * 1.3;  // of the finest vertices by one step; measured with dead zone and tangents
-    const double across_base = across_of(levels);
     for (unsigned level = 0; level <= levels; ++level) {
-        const double axes = level == 0 ? std::sqrt(3 / (1 + 2 / (across_base * across_base))) : 1;
-        const double across = level == 0 || !transform.local_frames ? 1 : across_of(levels - level);
-        const double step = move * axes / gains[level].normal;
+        const double across = transform.local_frames ? across_of(levels - level) : 1;
+        const double step = move / gains[level].normal;
         params.steps.push_back(step_to_code(std::min(step, 1.0)));
         params.across.push_back(step_to_code(std::min(step * across, 1.0)));
     }
 }
 
-/// Weights of a coefficient's squared error, by component, in the part's mean squared surface error: tangential moves
-/// slide along the surface, they count as their coarser step says.
-std::array<double, 3> error_weights(const PartParams& params, const LevelGain& gain, unsigned level, double vertices) {
-    const double n = gain.normal * gain.normal / vertices;
-    const double ratio = double{params.step(level)} / double{params.step_across(level)};
-    if (level > 0) return {n, n * ratio * ratio, n * ratio * ratio};
-    const double across = across_of(static_cast<unsigned>(params.steps.size()) - 1);
-    const double mean = n * (1 + 2 / (across * across)) / 3;
-    return {mean, mean, mean};
+/// The coarse positions that analysis leaves, not samples of the surface: what the base carries.
+std::vector<Vec3f> coarse_of(const SemiRegularMesh& mesh, const TransformOptions& transform, unsigned threads) {
+    std::vector<Vec3f> in(mesh.positions.size()), out(mesh.positions.size());
+    std::transform(mesh.positions.begin(), mesh.positions.end(), in.begin(), to_float);
+    if (mesh.levels == 0) return in;
+    PatchTransform(mesh.base, mesh.levels, transform, mesh.creases, threads).analyze(in, out);
+    out.resize(mesh.base.vertex_count());
+    return out;
 }
 
-std::vector<Vec3f> coefficients_of(const SemiRegularMesh& mesh, const CodedBase& base, const PartParams& params,
+PartUnits::Grid grid_of(const std::vector<Vec3f>& points, const PartPrecision& precision) {
+    PartUnits::Grid grid;
+    for (const Vec3f& p : points) {
+        grid.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k)
+            grid.back()[k] =
+                static_cast<std::int32_t>(std::lround(std::ldexp(double{p[k]}, static_cast<int>(precision.base_bits))));
+    }
+    return grid;
+}
+
+std::vector<Vec3f> coefficients_of(const SemiRegularMesh& mesh, const PartUnits& units, const PartParams& params,
                                    unsigned threads) {
     std::vector<Vec3f> positions(mesh.positions.size()), out(mesh.positions.size());
     std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(), to_float);
     PatchTransform(mesh.base, mesh.levels, params.transform, mesh.creases, threads).analyze(positions, out);
-    const auto grid = static_cast<float>(params.grid());
-    for (std::size_t v = 0; v < base.grid.size(); ++v) {
-        const auto& g = base.grid[v];
-        out[v] -= Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} * grid;
-    }
+    for (std::uint32_t v = 0; v < mesh.base.vertex_count(); ++v)
+        out[v] = units.frame(v).to_local(out[v] - units.origin(v));
     return out;
 }
 
@@ -86,19 +90,20 @@ CodedBlock code_block(const CodedPart& part, const BlockShape& shape, const Scal
 
 void code_geometry(CodedPart& part, const PartPrecision& precision, const std::vector<LevelGain>& gains,
                    unsigned threads) {
-    const std::vector<Vec3f> coefficients = coefficients_of(part.mesh, part.base, part.params, threads);
+    const PartUnits units(part.mesh.base, part.mesh.creases, part.mesh.materials, part.base.grid, part.params);
+    const std::vector<Vec3f> coefficients = coefficients_of(part.mesh, units, part.params, threads);
     part.tangential_share = tangential_share(coefficients, part.mesh.base);
     const auto vertices = static_cast<double>(part.mesh.positions.size());
     part.rounding = code_blocks(part, Channel::Geometry, precision, [&](const BlockShape& shape, unsigned level) {
-        const float step = part.params.step(level), across = part.params.step_across(level);
-        const std::array<double, 3> weight = error_weights(part.params, gains[level], level, vertices);
+        // A tangential move slides along the surface: it counts as its coarser step says, so a step as much as any.
+        const double move = double{part.params.step(level)} * gains[level].normal;
         ScaledBlock scaled;
-        scaled.unit = {double{step} * step * weight[0], double{across} * across * weight[1],
-                       double{across} * across * weight[2]};
+        scaled.unit.assign(3, move * move / vertices);
         scaled.values.reserve(shape.size() * 3);
         for (const std::uint32_t v : shape.indices()) {
             const Vec3f& c = coefficients[v];
-            scaled.values.insert(scaled.values.end(), {c.x / step, c.y / across, c.z / across});
+            const Vec3f step = units.steps(level, v);
+            scaled.values.insert(scaled.values.end(), {c.x / step.x, c.y / step.y, c.z / step.z});
         }
         return scaled;
     });
@@ -131,35 +136,20 @@ double code_blocks(CodedPart& part, Channel channel, const PartPrecision& precis
 }
 
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
-                    unsigned threads) {
+                    const PartUnits::Grid& grid, unsigned threads) {
     CodedPart part;
     part.params.transform = transform;
     part.params.fast = precision.fast;
     part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
-    if (mesh.levels == 0) {
-        part.base = code_base(mesh.base, mesh.positions, precision.base_bits);
-        part.mesh = renumber(mesh, part.base);
-        code_colors(precision, threads, part);
-        return part;
-    }
-    // The base carries the coarse positions that analysis leaves, not samples of the surface.
-    const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);
-    choose_steps(part.params, transform, mesh.levels, precision.error, gains);
-    const auto coarse = [&] {
-        std::vector<Vec3f> in(mesh.positions.size()), out(mesh.positions.size());
-        std::transform(mesh.positions.begin(), mesh.positions.end(), in.begin(), to_float);
-        PatchTransform(mesh.base, mesh.levels, transform, mesh.creases, threads).analyze(in, out);
-        std::vector<Vec3> points(mesh.base.vertex_count());
-        std::transform(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(points.size()), points.begin(),
-                       to_double);
-        return points;
-    }();
-    part.base = code_base(mesh.base, coarse, precision.base_bits);
+    part.base = code_base(mesh.base, grid.empty() ? grid_of(coarse_of(mesh, transform, threads), precision) : grid);
     part.mesh = renumber(mesh, part.base);
-
-    part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
-    code_geometry(part, precision, gains, threads);
+    if (mesh.levels > 0) {
+        const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);
+        choose_steps(part.params, transform, mesh.levels, precision.error, gains);
+        part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
+        code_geometry(part, precision, gains, threads);
+    }
     code_colors(precision, threads, part);
     return part;
 }

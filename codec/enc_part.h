@@ -6,6 +6,7 @@
 #include "codec/dec_part.h"
 #include "codec/enc_base.h"
 #include "codec/entropy/enc_block.h"
+#include "codec/part_units.h"
 
 namespace mvw {
 
@@ -50,8 +51,9 @@ struct ScaledBlock {
 double code_blocks(CodedPart& part, Channel channel, const PartPrecision& precision,
                    const std::function<ScaledBlock(const BlockShape&, unsigned level)>& scale);
 
-/// mesh: positions in units of the diagonal around the centre.
+/// mesh: positions in units of the diagonal around the centre. grid: of the base's vertices, in units of
+/// 2^-precision.base_bits, or empty: the points nearest to the coarse positions that analysis leaves.
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
-                    unsigned threads);
+                    const PartUnits::Grid& grid, unsigned threads);
 
 }  // namespace mvw

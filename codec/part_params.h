@@ -42,7 +42,7 @@ struct PartParams {
     std::uint8_t base_bits = 10;            // base positions are integers times 2^-base_bits, in units of the diagonal
     std::uint8_t reconstruction = 0;        // place within a quantisation interval, in 1/256
     std::vector<std::uint8_t> steps;        // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
-    std::vector<std::uint8_t> across;       // likewise of the tangential steps; that of level 0 is the normal one's
+    std::vector<std::uint8_t> across;       // likewise of the tangential steps
     bool fast = false;                      // planes are packed, not range-coded
     unsigned color_components = 0;          // 0: no colours; 3: Y, Co, Cg; 4: and alpha
     std::vector<std::uint8_t> color_steps;  // code of the step of plane 0 of each level, L + 1, of all components

@@ -9,6 +9,7 @@
 #include "codec/decoder.h"
 #include "codec/enc_base.h"
 #include "codec/measure/surface_error.h"
+#include "codec/part_units.h"
 #include "codec/tiles.h"
 #include "tests/support/encoded_models.h"
 #include "tests/support/meshes.h"
@@ -160,12 +161,20 @@ TEST(EncodeParts, WhatIsNotPayloadIsAFewPerCent) {
     EXPECT_LT(static_cast<double>(file.size() - payload), 0.05 * static_cast<double>(file.size()));
 }
 
+std::array<std::int32_t, 3> on_grid(const Vec3& p, unsigned bits) {
+    std::array<std::int32_t, 3> g{};
+    for (std::size_t k = 0; k < 3; ++k) g[k] = static_cast<std::int32_t>(std::lround(std::ldexp(p[k], int(bits))));
+    return g;
+}
+
 TEST(CodedBase, KeepsTheSurfaceWhateverOrderDracoChose) {
     for (const unsigned bits : {1u, 3u, 10u}) {
         const SemiRegularMesh ball = bumpy_ball(2);
         std::vector<Vec3> points(ball.positions.begin(), ball.positions.begin() + ball.base.vertex_count());
         for (Vec3& p : points) p *= 0.3;  // at 1 bit many of them coincide
-        const CodedBase base = code_base(ball.base, points, bits);
+        PartUnits::Grid grid;
+        for (const Vec3& p : points) grid.push_back(on_grid(p, bits));
+        const CodedBase base = code_base(ball.base, grid);
         const SemiRegularMesh moved = renumber(ball, base);
         for (std::uint32_t v = 0; v < moved.base.vertex_count(); ++v)
             for (std::size_t k = 0; k < 3; ++k)
@@ -185,16 +194,16 @@ TEST(CodedBase, KeepsTheSurfaceWhateverOrderDracoChose) {
 TEST(CodedBase, CoincidentVerticesAndManyEqualPartsKeepTheirConnections) {
     // Forty tetrahedra within one cell of the grid: only their connections tell them apart.
     std::vector<Face> faces;
-    std::vector<Vec3> points;
+    PartUnits::Grid grid;
     for (std::uint32_t i = 0; i < 40; ++i) {
         const std::uint32_t a = 4 * i;
         for (const Face& f :
              {Face{a, a + 2, a + 1}, Face{a, a + 1, a + 3}, Face{a + 1, a + 2, a + 3}, Face{a + 2, a, a + 3}})
             faces.push_back(f);
-        for (int k = 0; k < 4; ++k) points.push_back({1e-4 * i, 1e-4 * k, 0});
+        for (int k = 0; k < 4; ++k) grid.push_back(on_grid({1e-4 * i, 1e-4 * k, 0}, 6));
     }
     const BaseMesh base = BaseMesh::create(160, faces).value();
-    const CodedBase coded = code_base(base, points, 6);
+    const CodedBase coded = code_base(base, grid);
     EXPECT_EQ(coded.mesh.face_count(), 160u);
     EXPECT_EQ(std::set<std::uint32_t>(coded.source_face.begin(), coded.source_face.end()).size(), 160u);
 }

@@ -85,7 +85,7 @@ void add_samples(const std::string& path, std::vector<Sample>& samples) {
     precision.error = 1e-5;
     for (const SemiRegularMesh& part : remesh(mesh, {}).parts) {
         if (part.levels == 0) continue;
-        const CodedPart coded = code_part(part, {}, precision, 0);
+        const CodedPart coded = code_part(part, {}, precision, {}, 0);
         const BaseMesh& base = coded.mesh.base;
         const Tiling tiling(base, tile_of_faces(base, 1), 1);
         Entries parent;
