@@ -8,10 +8,10 @@
 
 namespace mvw {
 
-/// Rounds of: analysis, tangential details halved, synthesis, and back to the nearest point of `input`. Then the fit
-/// (remesh/fit.h), because vertices on the surface are not those that come nearest to it, and the colours of where they
-/// have come to rest. Vertices on boundaries, creases and borders between materials slide along these; no triangle that
-/// stands upright on the surface is turned over. Left as it was where the result is farther from the input than
+/// Rounds of: analysis, tangential details halved, synthesis, and a walk over `input` to where that leads
+/// (remesh/drift.h: as far as the triangles stand it). Then the fit (remesh/fit.h), because vertices on the surface are
+/// not those that come nearest to it, and the colours of where they have come to rest. Vertices on boundaries, creases
+/// and borders between materials slide along these. Left as it was where the result is farther from the input than
 /// kMostLoss allows.
 ///
 /// input  clean, in model units; mesh: a part of it. O(V log F) a round.

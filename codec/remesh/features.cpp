@@ -1,5 +1,6 @@
 #include "codec/remesh/features.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -11,34 +12,53 @@ namespace mvw {
 
 namespace {
 
-constexpr unsigned kLeastLoop = 6;  // edges of a closed loop that is no accident
+constexpr unsigned kLeastLoop = 6;    // edges of a closed loop that is no accident
+constexpr double kMostBesideDeg = 9;  // mean angle at the other edges of a feature's faces; on noise it is larger
 
 /// A sharp edge and its two half-edges.
 struct SharpEdge {
     std::uint32_t a, b;  // vertices
     std::uint32_t half_edge, twin;
     double length;
+    double beside_deg;  // mean angle at the other edges of its faces that are not sharp themselves
     bool kept = true;
 };
 
-std::vector<SharpEdge> sharp_edges(const Mesh& mesh, double angle_deg) {
+/// Degrees between the faces at each half-edge; 0 at boundaries and at faces without area: those say nothing.
+std::vector<float> edge_angles(const Mesh& mesh, const EdgeGroups& groups) {
     std::vector<Vec3> normals;
     normals.reserve(mesh.faces.size());
     for (const Face& f : mesh.faces) {
         const Vec3& a = mesh.positions[f[0]];
         normals.push_back(normalized(cross(mesh.positions[f[1]] - a, mesh.positions[f[2]] - a)));
     }
-    const double cosine = std::cos(angle_deg * std::numbers::pi / 180);
-    std::vector<SharpEdge> edges;
+    std::vector<float> angles(mesh.faces.size() * 3, 0);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (groups[g].size() != 2) continue;
+        const Vec3 &n0 = normals[groups[g][0] / 3], &n1 = normals[groups[g][1] / 3];
+        if (squared_length(n0) == 0 || squared_length(n1) == 0) continue;
+        const double angle = std::acos(std::clamp(dot(n0, n1), -1.0, 1.0)) * 180 / std::numbers::pi;
+        angles[groups[g][0]] = angles[groups[g][1]] = static_cast<float>(angle);
+    }
+    return angles;
+}
+
+std::vector<SharpEdge> sharp_edges(const Mesh& mesh, double angle_deg) {
     const EdgeGroups groups = group_edges(mesh.faces, static_cast<std::uint32_t>(mesh.positions.size()));
+    const std::vector<float> angles = edge_angles(mesh, groups);
+    std::vector<SharpEdge> edges;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         if (groups[g].size() != 2) continue;
         const std::uint32_t h = groups[g][0], twin = groups[g][1];
-        const Vec3 &n0 = normals[h / 3], &n1 = normals[twin / 3];
-        // A face without area has no normal: it says nothing about its edges.
-        if (squared_length(n0) == 0 || squared_length(n1) == 0 || dot(n0, n1) >= cosine) continue;
+        if (angles[h] <= angle_deg) continue;
+        double sum = 0;
+        int count = 0;
+        for (const std::uint32_t first : {h, twin}) {
+            for (std::uint32_t o = next_half_edge(first); o != first; o = next_half_edge(o))
+                if (angles[o] <= angle_deg) sum += angles[o], ++count;
+        }
         const std::uint32_t a = origin(mesh.faces, h), b = origin(mesh.faces, next_half_edge(h));
-        edges.push_back({a, b, h, twin, length(mesh.positions[a] - mesh.positions[b])});
+        edges.push_back({a, b, h, twin, length(mesh.positions[a] - mesh.positions[b]), count > 0 ? sum / count : 0});
     }
     return edges;
 }
@@ -85,9 +105,9 @@ void drop_loose_ends(const Mesh& mesh, double min_length, std::vector<SharpEdge>
     }
 }
 
-/// Drops whole groups of connected curves whose length together is small, clean closed loops (the rim of a drilled
-/// hole) aside: noise does not draw those.
-void drop_small_groups(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edges) {
+/// Drops whole groups of connected curves that noise may have drawn: where the surface beside them is rough, too, and
+/// where their length together is small, clean closed loops (the rim of a drilled hole) aside.
+void drop_noise(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edges) {
     std::vector<std::uint32_t> parent(mesh.positions.size());
     std::iota(parent.begin(), parent.end(), 0u);
     const auto root = [&](std::uint32_t v) {
@@ -98,7 +118,7 @@ void drop_small_groups(const Mesh& mesh, double min_group, std::vector<SharpEdge
         if (e.kept) parent[root(e.a)] = root(e.b);
     const EdgesAtVertex around(edges, mesh.positions.size());
     struct Group {
-        double length = 0;
+        double length = 0, beside_deg = 0;
         unsigned edges = 0;
         bool closed_loop = true;
     };
@@ -107,13 +127,15 @@ void drop_small_groups(const Mesh& mesh, double min_group, std::vector<SharpEdge
         if (!e.kept) continue;
         Group& group = groups[root(e.a)];
         group.length += e.length;
+        group.beside_deg += e.beside_deg;
         ++group.edges;
         group.closed_loop &= around.degree(e.a) == 2 && around.degree(e.b) == 2;
     }
     for (SharpEdge& e : edges) {
         if (!e.kept) continue;
         const Group& group = groups[root(e.a)];
-        e.kept = group.length >= min_group || (group.closed_loop && group.edges >= kLeastLoop);
+        e.kept = group.beside_deg <= kMostBesideDeg * group.edges &&
+                 (group.length >= min_group || (group.closed_loop && group.edges >= kLeastLoop));
     }
 }
 
@@ -124,7 +146,7 @@ std::vector<std::uint8_t> feature_half_edges(const Mesh& mesh, const FeatureOpti
     const double diagonal = bounding_box(mesh).diagonal();
     // Each round may free new ends where curves met.
     for (int round = 0; round < 3; ++round) drop_loose_ends(mesh, options.min_length * diagonal, edges);
-    drop_small_groups(mesh, options.min_group * diagonal, edges);
+    drop_noise(mesh, options.min_group * diagonal, edges);
     std::vector<std::uint8_t> flags(mesh.faces.size() * 3, 0);
     for (const SharpEdge& e : edges)
         if (e.kept) flags[e.half_edge] = flags[e.twin] = 1;

@@ -1,12 +1,10 @@
 #include "codec/remesh/relax.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
-#include <span>
 
 #include "codec/remesh/parallel.h"
+#include "codec/remesh/rings.h"
 
 namespace mvw {
 
@@ -17,48 +15,15 @@ constexpr double kFlatWeight = 10;    // of the term that holds vertices where t
 constexpr int kSizeSmoothings = 8;    // of the target areas
 constexpr double kSoftness = 0.03;    // of a ring's mean doubled area: where chi bends
 constexpr double kLeastCosine = 0.4;  // between a triangle and the surface: leaning more costs as if area were lost
+constexpr double kStill = 0.03;       // of the edges' length: vertices whose surroundings moved less wait
+constexpr unsigned kSweepsOfAim = 10;
 constexpr int kStepHalvings = 3;
 constexpr double kLeastGain = 1e-4;  // of the energy: a smaller one is not worth a step
 
-/// One triangle around a vertex v: its corners behind v, and what its doubled area should be.
-struct RingTriangle {
-    std::uint32_t first = 0, second = 0;
-    float target = 0;
-};
-
-/// The triangles around all vertices.
-struct Rings {
-    std::vector<std::uint32_t> begin;  // V + 1
-    std::vector<RingTriangle> triangles;
-
-    [[nodiscard]] std::span<RingTriangle> at(std::uint32_t v) {
-        return std::span(triangles).subspan(begin[v], begin[v + 1] - begin[v]);
-    }
-};
-
-Rings rings_of(const std::vector<Face>& triangles, std::size_t vertices) {
-    Rings rings;
-    rings.begin.assign(vertices + 1, 0);
-    for (const Face& f : triangles)
-        for (const std::uint32_t v : f) ++rings.begin[v + 1];
-    std::partial_sum(rings.begin.begin(), rings.begin.end(), rings.begin.begin());
-    rings.triangles.resize(triangles.size() * 3);
-    std::vector<std::uint32_t> at(rings.begin.begin(), rings.begin.end() - 1);
-    for (const Face& f : triangles)
-        for (std::size_t k = 0; k < 3; ++k) rings.triangles[at[f[k]]++] = {f[(k + 1) % 3], f[(k + 2) % 3]};
-    return rings;
-}
-
-/// Doubled areas for the triangles to aim at: what they have around each vertex, smoothed. So the density of the
-/// vertices stays, but for what changes from one triangle to the next.
-void set_targets(const std::vector<Vec3>& positions, Rings& rings) {
-    const auto V = static_cast<std::uint32_t>(positions.size());
-    std::vector<double> size(V), next(V);
-    for (std::uint32_t v = 0; v < V; ++v) {
-        for (const RingTriangle& t : rings.at(v))
-            size[v] += length(cross(positions[t.first] - positions[v], positions[t.second] - positions[v]));
-        size[v] /= static_cast<double>(rings.at(v).size());
-    }
+/// Mean over each vertex and its neighbours, several times.
+void smooth(const Rings& rings, std::vector<double>& size) {
+    const auto V = static_cast<std::uint32_t>(size.size());
+    std::vector<double> next(V);
     for (int round = 0; round < kSizeSmoothings; ++round) {
         for (std::uint32_t v = 0; v < V; ++v) {
             double sum = 0;
@@ -67,55 +32,55 @@ void set_targets(const std::vector<Vec3>& positions, Rings& rings) {
         }
         size.swap(next);
     }
-    for (std::uint32_t v = 0; v < V; ++v)
-        for (RingTriangle& t : rings.at(v))
-            t.target = static_cast<float>((size[v] + size[t.first] + size[t.second]) / 3);
-}
-
-/// Groups the vertices that move so that no two of a group are neighbours.
-std::vector<std::vector<std::uint32_t>> color_groups(Rings& rings, const std::vector<std::uint8_t>& fixed) {
-    constexpr std::uint8_t kNoColor = 64;
-    std::vector<std::vector<std::uint32_t>> groups;
-    std::vector<std::uint8_t> color(fixed.size(), kNoColor);
-    for (std::uint32_t v = 0; v < fixed.size(); ++v) {
-        if (fixed[v]) continue;
-        std::uint64_t used = 0;
-        for (const RingTriangle& t : rings.at(v))
-            for (const std::uint32_t u : {t.first, t.second})
-                if (color[u] != kNoColor) used |= std::uint64_t{1} << color[u];
-        std::uint8_t c = 0;
-        while (c + 1 < kNoColor && (used >> c & 1) != 0) ++c;
-        color[v] = c;
-        if (c >= groups.size()) groups.resize(c + 1u);
-        groups[c].push_back(v);
-    }
-    return groups;
 }
 
 /// A place on the surface for a vertex.
 struct Place {
-    Vec3 position, normal;
+    Vec3 position;
+    Vec3 normal;  // zero for a fixed vertex: two surfaces may meet there
 };
 
 class Relaxation {
  public:
-    Relaxation(const SurfaceWalk& surface, const std::vector<Face>& triangles, std::vector<FacePoint>& points)
-        : surface_(surface), rings_(rings_of(triangles, points.size())), points_(points) {
-        std::vector<Vec3> positions;
-        for (const FacePoint& p : points) {
-            places_.push_back({surface.position(p), surface.normal(p)});
-            positions.push_back(places_.back().position);
-        }
-        set_targets(positions, rings_);
+    Relaxation(const SurfaceWalk& surface, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
+               std::vector<FacePoint>& points)
+        : surface_(surface),
+          triangles_(triangles),
+          rings_(triangles, points.size()),
+          targets_(triangles.size()),
+          points_(points),
+          moved_(points.size()) {
+        for (std::size_t v = 0; v < points.size(); ++v)
+            places_.push_back({surface.position(points[v]), fixed[v] != 0 ? Vec3{} : surface.normal(points[v])});
     }
 
-    [[nodiscard]] Rings& rings() { return rings_; }
+    /// Sets the doubled areas that the triangles aim at: what they have around each vertex, smoothed. So the density of
+    /// the vertices stays, but for what changes from one triangle to the next.
+    void aim() {
+        const auto V = static_cast<std::uint32_t>(places_.size());
+        std::vector<double> size(V);
+        for (std::uint32_t v = 0; v < V; ++v) {
+            const Vec3& p = places_[v].position;
+            for (const RingTriangle& t : rings_.at(v))
+                size[v] += length(cross(places_[t.first].position - p, places_[t.second].position - p));
+            size[v] /= static_cast<double>(rings_.at(v).size());
+        }
+        smooth(rings_, size);
+        for (std::size_t t = 0; t < triangles_.size(); ++t) {
+            const Face& f = triangles_[t];
+            targets_[t] = (size[f[0]] + size[f[1]] + size[f[2]]) / 3;
+        }
+    }
 
-    /// Moves v to where the energy around it is lower, if a step finds such a place.
-    void improve(std::uint32_t v) {
+    [[nodiscard]] const Rings& rings() const { return rings_; }
+
+    /// Moves v to where the energy around it is lower, if a step finds such a place; nothing where all was still of
+    /// late.
+    void improve(std::uint32_t v, std::uint16_t sweep) {
+        if (!is_restless(v, sweep)) return;
         const Place& here = places_[v];
         if (squared_length(here.normal) == 0) return;
-        const double softness = softness_of_ring(v);
+        const double softness = kSoftness * 0.5 * std::sqrt(3.0) * squared_size_of_ring(v);
         Vec3 step;
         const double energy = energy_at(v, here, softness, &step);
         for (int halving = 0; halving <= kStepHalvings; ++halving, step = step * 0.5) {
@@ -123,6 +88,8 @@ class Relaxation {
             const Place there{surface_.position(to), surface_.normal(to)};
             if (squared_length(there.normal) == 0) continue;
             if (!(energy_at(v, there, softness, nullptr) < energy * (1 - kLeastGain))) continue;
+            if (squared_length(there.position - here.position) > kStill * kStill * squared_size_of_ring(v))
+                moved_[v] = sweep;
             points_[v] = to;
             places_[v] = there;
             return;
@@ -130,11 +97,18 @@ class Relaxation {
     }
 
  private:
-    [[nodiscard]] double softness_of_ring(std::uint32_t v) {
+    /// Mean squared length of the edges at v.
+    [[nodiscard]] double squared_size_of_ring(std::uint32_t v) {
         double sum = 0;
         for (const RingTriangle& t : rings_.at(v))
             sum += squared_length(places_[t.first].position - places_[v].position);
-        return kSoftness * 0.5 * std::sqrt(3.0) * sum / static_cast<double>(rings_.at(v).size());
+        return sum / static_cast<double>(rings_.at(v).size());
+    }
+
+    [[nodiscard]] bool is_restless(std::uint32_t v, std::uint16_t sweep) {
+        std::uint16_t last = moved_[v];
+        for (const RingTriangle& t : rings_.at(v)) last = std::max({last, moved_[t.first], moved_[t.second]});
+        return last + 1 >= sweep;
     }
 
     /// The energy of v's ring with v at `here`; newton: out, where asked for, a step in the tangent plane.
@@ -146,18 +120,20 @@ class Relaxation {
             const Vec3 a = places_[t.first].position - here.position, b = places_[t.second].position - here.position;
             const Vec3 c = b - a, ab = cross(a, b);
             const double S = squared_length(a) + squared_length(b) + squared_length(c);
-            const double area = length(ab), seen = dot(n, ab);
+            const Vec3 up = normalized(n + places_[t.first].normal + places_[t.second].normal);
+            const double area = length(ab), seen = dot(up, ab);
             const bool upright = seen >= kLeastCosine * area;
             const double D = upright ? area : seen / kLeastCosine;
             const double root = std::sqrt(D * D + softness * softness);
             // For D far below 0 the sum would cancel.
             const double chi = D >= 0 ? 0.5 * (D + root) : 0.5 * softness * softness / (root - D);
-            const double A = t.target;
-            const double bend = dot(a, n - places_[t.first].normal);
+            const double A = targets_[t.triangle];
+            const bool smooth = squared_length(places_[t.first].normal) > 0;
+            const double bend = smooth ? dot(a, n - places_[t.first].normal) : 0;
             energy += S / chi + kSizeWeight * (chi / A + A / chi) + kFlatWeight * bend * bend / A;
             if (!newton || area == 0) continue;
             const double slope = chi / root;  // of chi over D
-            const Vec3 dS = (a + b) * -2.0, dD = cross(upright ? ab / area : n / kLeastCosine, c);
+            const Vec3 dS = (a + b) * -2.0, dD = cross(upright ? ab / area : up / kLeastCosine, c);
             const double r = 1 / chi;
             const double push = (S * r * r + kSizeWeight * (A * r * r - 1 / A)) * slope;
             const double curve = 2 * (S + kSizeWeight * A) * r * r * r * slope * slope;
@@ -174,22 +150,27 @@ class Relaxation {
     }
 
     const SurfaceWalk& surface_;
-    Rings rings_;
+    const std::vector<Face>& triangles_;
+    const Rings rings_;
+    std::vector<double> targets_;  // doubled area of each triangle
     std::vector<FacePoint>& points_;
     std::vector<Place> places_;
+    std::vector<std::uint16_t> moved_;  // the last sweep in which each vertex moved
 };
 
 }  // namespace
 
 void relax(const SurfaceWalk& surface, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
            const RelaxOptions& options, std::vector<FacePoint>& points) {
-    Relaxation relaxation(surface, triangles, points);
-    const auto groups = color_groups(relaxation.rings(), fixed);
-    for (unsigned sweep = 0; sweep < options.sweeps; ++sweep)
+    Relaxation relaxation(surface, triangles, fixed, points);
+    const auto groups = relaxation.rings().independent_groups(fixed);
+    for (std::uint16_t sweep = 1; sweep <= options.sweeps; ++sweep) {
+        if (sweep % kSweepsOfAim == 1) relaxation.aim();
         for (const auto& group : groups)
             parallel_slices(group.size(), options.threads, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t k = begin; k < end; ++k) relaxation.improve(group[k]);
+                for (std::size_t k = begin; k < end; ++k) relaxation.improve(group[k], sweep);
             });
+    }
 }
 
 }  // namespace mvw

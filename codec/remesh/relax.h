@@ -11,7 +11,7 @@
 namespace mvw {
 
 struct RelaxOptions {
-    unsigned sweeps = 10;  // over all vertices; more would carry them from where the base put them
+    unsigned sweeps = 30;  // at most; a vertex around which nothing moves any more is passed over
     unsigned threads = 1;
 };
 
@@ -22,8 +22,10 @@ struct RelaxOptions {
 ///     (|a|^2 + |b|^2 + |b - a|^2) / chi(D)  +  s (chi(D)/A + A/chi(D))  +  t (a . (n - n_a))^2 / A,
 ///
 /// a, b being the triangle's other corners seen from the vertex, n and n_a the surface's normals at it and at a, D the
-/// doubled area, which falls below 0 as the triangle leans away from n, A the doubled area aimed at, and chi a positive
-/// function that tends to the identity. The first term is the MIPS energy (Hormann, Greiner 2000), regularised so that
+/// doubled area, which falls below 0 as the triangle leans away from the mean normal of its three corners (that of one
+/// corner alone would chase vertices from tips, where every triangle leans), A the doubled area aimed at, taken anew
+/// every few sweeps, and chi a positive function that tends to the identity. Where a corner is fixed its normal is left
+/// out: two surfaces may meet there. The first term is the MIPS energy (Hormann, Greiner 2000), regularised so that
 /// it is finite at flipped triangles and turns them (Garanzha et al. 2021, Foldover-free maps), the second keeps the
 /// density of the vertices (Degener et al. 2003), the third holds vertices on ridges and tips. No step raises the sum.
 /// O(V) a sweep.

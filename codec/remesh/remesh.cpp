@@ -95,24 +95,6 @@ SemiRegularMesh as_it_is(Mesh mesh) {
     return part;
 }
 
-std::vector<Rgba8> colors_of(const Mesh& mesh, const std::vector<FacePoint>& points) {
-    std::vector<Rgba8> colors;
-    if (mesh.colors.empty()) return colors;
-    colors.reserve(points.size());
-    for (const FacePoint& p : points) {
-        const Face& f = mesh.faces[p.face];
-        std::array<double, 4> sum{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Rgba8& c = mesh.colors[f[k]];
-            sum[0] += p.weight[k] * c.r, sum[1] += p.weight[k] * c.g;
-            sum[2] += p.weight[k] * c.b, sum[3] += p.weight[k] * c.a;
-        }
-        const auto byte = [](double x) { return static_cast<std::uint8_t>(std::clamp(x + 0.5, 0.0, 255.0)); };
-        colors.push_back({byte(sum[0]), byte(sum[1]), byte(sum[2]), byte(sum[3])});
-    }
-    return colors;
-}
-
 /// Live faces of the decimated mesh that are `wanted`, as a base with vertices in order of first use.
 template <typename Wanted>
 BaseMesh extract_base(const CollapseMesh& mesh, Wanted wanted, std::vector<std::uint32_t>& face_ids) {
@@ -249,7 +231,8 @@ class Sampler {
         fitting.threads = threads_;
         const double error = fit(input, triangles, fixed, fitting, part.positions);
         std::vector<Vec3> normals;
-        for (const FacePoint& p : points) normals.push_back(surface_.normal(p));
+        for (std::size_t v = 0; v < points.size(); ++v)
+            normals.push_back(fixed[v] != 0 ? Vec3{} : surface_.normal(points[v]));
         unfold(triangles, normals, fixed, part.positions);
         report(options_, "fit", 1);
         return error;

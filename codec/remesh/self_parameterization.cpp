@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <queue>
 
+#include "codec/remesh/density.h"
 #include "codec/remesh/parallel.h"
 
 namespace mvw {
@@ -33,6 +35,7 @@ namespace {
 
 constexpr double kRetryPrice = 10;
 constexpr double kCornerDegrees = 50;
+constexpr double kLeastDensity = 1e-2, kMostDensity = 1e3;  // of the mean
 
 /// 4 sqrt(3) area / sum of squared edges: 1 for equilateral, 0 for degenerate triangles.
 double triangle_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -44,6 +47,14 @@ double triangle_quality(const Vec3& a, const Vec3& b, const Vec3& c) {
 Vec3 best_position(Quadric q, const Vec3& middle) {
     q.add_point(middle, 1e-3 * q.trace());
     return q.minimum(middle);
+}
+
+/// Weight of each face's area in the quadrics: errors count for more where the input is denser than elsewhere.
+std::vector<double> importance_of_faces(const CollapseMesh& mesh) {
+    std::vector<double> weight = areas_around(mesh.positions, mesh.faces);
+    const double mean = std::accumulate(weight.begin(), weight.end(), 0.0) / static_cast<double>(weight.size());
+    for (double& w : weight) w = std::sqrt(std::clamp(mean / w, kLeastDensity, kMostDensity));
+    return weight;
 }
 
 /// The mode of collapsing an edge between these kinds, and whether the second end is the one to keep.
@@ -76,13 +87,15 @@ SelfParameterization::SelfParameterization(const Mesh& mesh, const std::vector<s
 
 void SelfParameterization::init_quadrics() {
     quadrics_.assign(mesh_.positions.size(), {});
+    const std::vector<double> importance = importance_of_faces(mesh_);
     for (std::uint32_t f = 0; f < mesh_.faces.size(); ++f) {
         const Face& t = mesh_.faces[f];
         const Vec3 &a = mesh_.positions[t[0]], &b = mesh_.positions[t[1]], &c = mesh_.positions[t[2]];
         const Vec3 area = cross(b - a, c - a) * 0.5;
         const Vec3 n = normalized(area);
-        area_ += length(area);
-        for (const std::uint32_t v : t) quadrics_[v].add_plane(n, a, length(area) / 3);
+        const double weight = length(area) * importance[f];
+        area_ += weight;
+        for (const std::uint32_t v : t) quadrics_[v].add_plane(n, a, weight / 3);
         for (std::uint32_t s = 0; s < 3; ++s) {
             const std::uint32_t h = 3 * f + s;
             if (!mesh_.is_line(h)) continue;
@@ -90,7 +103,7 @@ void SelfParameterization::init_quadrics() {
             const Vec3 p = mesh_.positions[mesh_.from(h)], e = mesh_.positions[mesh_.to(h)] - p;
             const Vec3 wall = normalized(cross(e, n));
             for (const std::uint32_t v : {mesh_.from(h), mesh_.to(h)})
-                quadrics_[v].add_plane(wall, p, squared_length(e) * 0.5);
+                quadrics_[v].add_plane(wall, p, squared_length(e) * 0.5 * importance[f]);
         }
     }
 }

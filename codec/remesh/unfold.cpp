@@ -7,9 +7,15 @@ namespace mvw {
 namespace {
 
 constexpr int kMaxRounds = 30;
+constexpr double kLeastAgreement =
+    2.0 / 3;  // of a triangle's normals, the length of their mean: below, they say nothing
 
 bool looks_away(const Face& f, const std::vector<Vec3>& normals, const std::vector<Vec3>& positions) {
-    const Vec3 outside = normals[f[0]] + normals[f[1]] + normals[f[2]];
+    Vec3 outside;
+    int count = 0;
+    for (const std::uint32_t v : f)
+        if (squared_length(normals[v]) > 0) outside += normals[v], ++count;
+    if (count == 0 || length(outside) < kLeastAgreement * count) return false;
     return dot(cross(positions[f[1]] - positions[f[0]], positions[f[2]] - positions[f[0]]), outside) < 0;
 }
 

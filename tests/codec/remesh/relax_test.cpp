@@ -66,6 +66,21 @@ TEST(Relax, TurnsFoldedTrianglesBack) {
     }
 }
 
+TEST(Relax, KeepsTheTipsOfThinPartsCovered) {
+    Mesh spindle = icosphere(4);
+    for (Vec3& p : spindle.positions) p.z *= 12 * (1 + 0.5 * p.z * p.z);
+    Tangle tangle(spindle, 0.1);
+    RelaxOptions options;
+    options.sweeps = 60;
+    relax(tangle.surface, tangle.mesh.faces, tangle.fixed, options, tangle.points);
+    const auto height = [](const std::vector<Vec3>& points) {
+        double most = 0;
+        for (const Vec3& p : points) most = std::max(most, p.z);
+        return most;
+    };
+    EXPECT_GT(height(tangle.positions()), 0.97 * height(spindle.positions));
+}
+
 TEST(Relax, LeavesWhatIsFixed) {
     Tangle tangle(grid_mesh(16), 0.05);
     const std::vector<Vec3> before = tangle.positions();
