@@ -94,6 +94,8 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
         p.transform.local_frames = (bits & 4) == 0;
     }
     p.fast = (flags & kBaseFast) != 0;
+    p.lossless = (flags & kBaseLossless) != 0;
+    if (p.lossless && p.base_bits > kMaxLosslessBits) return malformed("the base's precision is out of range");
     if (flags & kBaseColors) {
         p.color_components = in.u8();
         if (in.ok() && p.color_components != 3 && p.color_components != 4)

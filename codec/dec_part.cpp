@@ -67,6 +67,7 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     units_ = PartUnits(base_->mesh, base_->creases, base_->materials, base_->grid, base_->params);
     coefficients_.reserve(base_->grid.size());
     for (std::uint32_t v = 0; v < base_->grid.size(); ++v) coefficients_.push_back(units_.origin(v));
+    if (base_->params.lossless) integers_ = base_->grid;
     for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
         for (unsigned level = 0; level <= finest_; ++level)
             for (const Channel channel : {Channel::Geometry, Channel::Color})
@@ -163,6 +164,7 @@ void PartDecoder::retry_waiting(Channel channel, std::uint16_t tile, unsigned le
 void PartDecoder::ensure_coefficients(unsigned level) {
     const std::uint64_t V = vertices_at_level(base_->mesh, level);
     if (coefficients_.size() < V) coefficients_.resize(V);
+    if (base_->params.lossless && integers_.size() < V) integers_.resize(V);
 }
 
 void PartDecoder::store_values(const ChunkId& id, const Block& from) {
@@ -173,11 +175,28 @@ void PartDecoder::store_values(const ChunkId& id, const Block& from) {
     from.decoder.values(base_->params.reconstruction_point(), scratch_);
     if (id.channel == Channel::Color) return store_colors(shape, level);
     ensure_coefficients(level);
+    if (base_->params.lossless) return store_integers(shape, from.decoder);
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const std::uint32_t v = shape.indices()[i];
         const Vec3f step = units_.steps(level, v);
         const Vec3f value{scratch_[3 * i] * step.x, scratch_[3 * i + 1] * step.y, scratch_[3 * i + 2] * step.z};
         coefficients_[v] = level == 0 ? units_.origin(v) + units_.frame(v).to_model(value) : value;
+    }
+}
+
+/// Exact once plane 0 has come; before, the middle of what is open.
+void PartDecoder::store_integers(const BlockShape& shape, const BlockDecoder& from) {
+    std::vector<std::int32_t> exact(from.lowest_plane() == 0 ? scratch_.size() : 0);
+    if (!exact.empty()) from.integers(exact);
+    const auto grid = static_cast<float>(base_->params.grid());
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        const std::uint32_t v = shape.indices()[i];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t at = 3 * i + k;
+            const std::int32_t value = exact.empty() ? static_cast<std::int32_t>(scratch_[at]) : exact[at];
+            integers_[v][k] = value;
+            coefficients_[v][k] = static_cast<float>(value) * grid;
+        }
     }
 }
 
@@ -211,22 +230,39 @@ void PartDecoder::append_colors(unsigned level, Mesh& out) {
     for (std::size_t v = 0; v < V; ++v) out.colors.push_back(to_rgba(colors[v], alphas.empty() ? 1.0f : alphas[v].x));
 }
 
-void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {
-    level = std::min(level, finest_);
-    ensure_coefficients(level);
-    std::vector<Vec3f> positions(vertices_at_level(base_->mesh, level));
+/// In coded units.
+std::vector<Vec3> PartDecoder::positions(unsigned level) {
+    std::vector<Vec3> out;
+    const auto V = static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
+    out.reserve(V);
+    if (base_->params.lossless) {
+        std::vector<IntegerPoint> points(integers_.begin(), integers_.begin() + static_cast<std::ptrdiff_t>(V));
+        synthesize_integers(base_->mesh, level, base_->creases, points);
+        const double grid = base_->params.grid();
+        for (const IntegerPoint& p : points)
+            out.push_back(Vec3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])} * grid);
+        return out;
+    }
+    std::vector<Vec3f> floats(V);
     if (level == 0) {
-        std::copy_n(coefficients_.begin(), positions.size(), positions.begin());
+        std::copy_n(coefficients_.begin(), floats.size(), floats.begin());
     } else {
         if (!transform_ || transform_levels_ < level) {
             transform_.reset();
             transform_ = std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases);
             transform_levels_ = level;
         }
-        transform_->synthesize(std::span(coefficients_).first(positions.size()), level, positions);
+        transform_->synthesize(std::span(coefficients_).first(floats.size()), level, floats);
     }
+    for (const Vec3f& p : floats) out.push_back(to_double(p));
+    return out;
+}
+
+void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {
+    level = std::min(level, finest_);
+    ensure_coefficients(level);
     const auto first = static_cast<std::uint32_t>(out.positions.size());
-    for (const Vec3f& p : positions) out.positions.push_back(center + to_double(p) * diagonal);
+    for (const Vec3& p : positions(level)) out.positions.push_back(center + p * diagonal);
     const std::vector<Face> faces = triangles_at_level(base_->mesh, level);
     for (const Face& f : faces) out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
     if (!colors_.empty()) {

@@ -7,6 +7,7 @@
 #include "codec/dec_base.h"
 #include "codec/entropy/dec_block.h"
 #include "codec/part_units.h"
+#include "codec/transform/integer.h"
 
 namespace mvw {
 
@@ -49,8 +50,10 @@ class PartDecoder {
     Result<void> decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
     void store_values(const ChunkId& id, const Block& block);
+    void store_integers(const BlockShape& shape, const BlockDecoder& from);
     void store_colors(const BlockShape& shape, unsigned level);
     void ensure_coefficients(unsigned level);
+    [[nodiscard]] std::vector<Vec3> positions(unsigned level);
     void append_colors(unsigned level, Mesh& out);
     [[nodiscard]] const Tiling& tiling(unsigned level) const {
         return level < info_.first_tiled_level ? whole_ : tiling_;
@@ -81,6 +84,7 @@ class PartDecoder {
     std::vector<std::unique_ptr<Block>> blocks_, color_blocks_;  // tile-major; null before the first chunk
     std::uint64_t blocks_left_ = 0;                              // that memory allows
     std::vector<Vec3f> coefficients_;                            // V(level) of the finest level in use; grows
+    std::vector<IntegerPoint> integers_;                         // likewise, of a lossless part, in units of the grid
     std::vector<Vec3f> colors_, alphas_;  // likewise, of Y, Co, Cg and of alpha (in x); empty before any came
     std::vector<float> scratch_;
     std::map<ChunkId, Bytes> waiting_;  // by channel (in the place of the part), tile, level, layer

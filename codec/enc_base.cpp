@@ -233,7 +233,8 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
     out.u8(static_cast<std::uint8_t>((base.sequential ? kBaseSequential : 0) | (creases ? kBaseCreases : 0) |
                                      (mesh.materials.empty() ? 0 : kBaseMaterials) |
                                      (own_transform ? kBaseTransform : 0) |
-                                     (params.color_components > 0 ? kBaseColors : 0) | (params.fast ? kBaseFast : 0)));
+                                     (params.color_components > 0 ? kBaseColors : 0) | (params.fast ? kBaseFast : 0) |
+                                     (params.lossless ? kBaseLossless : 0)));
     out.u8(params.error_code);
     out.u8(params.base_bits);
     if (mesh.levels > 0) {

@@ -4,6 +4,7 @@
 
 #include "codec/enc_color.h"
 #include "codec/tiles.h"
+#include "codec/transform/integer.h"
 
 namespace mvw {
 
@@ -135,8 +136,61 @@ double code_blocks(CodedPart& part, Channel channel, const PartPrecision& precis
     return left;
 }
 
+namespace {
+
+std::vector<IntegerPoint> integers_of(const std::vector<Vec3>& points, unsigned bits) {
+    std::vector<IntegerPoint> out(points.size());
+    for (std::size_t v = 0; v < out.size(); ++v)
+        for (std::size_t k = 0; k < 3; ++k)
+            out[v][k] = static_cast<std::int32_t>(std::lround(std::ldexp(points[v][k], static_cast<int>(bits))));
+    return out;
+}
+
+/// Integers in units of the grid; plane 0 is the unit, so all planes are exact.
+void code_integers(CodedPart& part, const PartPrecision& precision) {
+    const SemiRegularMesh& mesh = part.mesh;
+    std::vector<IntegerPoint> details = integers_of(mesh.positions, precision.lossless);
+    analyze_integers(mesh.base, mesh.levels, mesh.creases, details);
+    for (std::uint32_t v = 0; v < mesh.base.vertex_count(); ++v) details[v] = {0, 0, 0};  // the base has them
+    TransformOptions butterfly;
+    butterfly.kind = TransformKind::ButterflyLazy;
+    const std::vector<LevelGain> gains = synthesis_gains(butterfly, mesh.levels);
+    const auto vertices = static_cast<double>(mesh.positions.size());
+    part.rounding = code_blocks(part, Channel::Geometry, precision, [&](const BlockShape& shape, unsigned level) {
+        const double move = part.params.grid() * gains[level].normal;
+        ScaledBlock scaled;
+        scaled.unit.assign(3, move * move / vertices);
+        for (const std::uint32_t v : shape.indices())
+            for (const std::int32_t x : details[v]) scaled.values.push_back(static_cast<float>(x));
+        return scaled;
+    });
+}
+
+CodedPart code_lossless(const SemiRegularMesh& mesh, const PartPrecision& precision, unsigned threads) {
+    CodedPart part;
+    part.params.fast = precision.fast;
+    part.params.lossless = true;
+    part.params.base_bits = static_cast<std::uint8_t>(precision.lossless);
+    part.params.reconstruction = 128;
+    std::vector<IntegerPoint> grid = integers_of(mesh.positions, precision.lossless);
+    grid.resize(mesh.base.vertex_count());
+    part.base = code_base(mesh.base, grid);
+    part.mesh = renumber(mesh, part.base);
+    if (mesh.levels > 0) {
+        part.params.steps.assign(mesh.levels + 1, step_to_code(part.params.grid()));
+        part.params.across = part.params.steps;
+        part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
+        code_integers(part, precision);
+    }
+    code_colors(precision, threads, part);
+    return part;
+}
+
+}  // namespace
+
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
                     const PartUnits::Grid& grid, unsigned threads) {
+    if (precision.lossless > 0) return code_lossless(mesh, precision, threads);
     CodedPart part;
     part.params.transform = transform;
     part.params.fast = precision.fast;

@@ -16,6 +16,7 @@ struct PartPrecision {
     unsigned tiles = 1;
     unsigned first_tiled_level = 0;  // where tiles > 1
     bool fast = false;               // planes packed instead of range-coded
+    unsigned lossless = 0;           // bits of the grid on which positions are kept exactly; 0: not so
     double error = 1e-4;             // wanted RMS surface error of the rounding alone, fraction of the diagonal
 };
 

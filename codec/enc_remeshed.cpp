@@ -58,6 +58,7 @@ Result<void> box_of(const Mesh& input, FileHeader& header) {
 PartPrecision precision_of(const SemiRegularMesh& part, const EncodeOptions& options, double remesh_error) {
     PartPrecision precision;
     precision.fast = options.profile == Profile::Fast;
+    precision.lossless = options.lossless;
     // What remeshing leaves of the wanted error, else a share of what it left.
     const double t = options.target_error, r = remesh_error;
     precision.error = std::max(t > r * 1.1 ? 0.9 * std::sqrt(t * t - r * r) : r * kRoundingShare, kFinestRounding);
@@ -149,7 +150,8 @@ unsigned bits_of_snap(const SemiRegularMesh& mesh) {
 }
 
 bool can_snap(const Source& source, std::uint32_t part) {
-    return source.remeshed.parts[part].levels > 0 && source.remeshed.own_vertices[part] == 0;
+    return source.options.lossless == 0 && source.remeshed.parts[part].levels > 0 &&
+           source.remeshed.own_vertices[part] == 0;
 }
 
 /// snapped: whether remeshed parts are adapted to bases of few bits; finer: by so many more bits.
@@ -188,7 +190,8 @@ Source prepare(const Mesh& input, RemeshResult remeshed, const EncodeOptions& op
     }
     for (double& share : model.order.area_share) share = whole > 0 ? share / whole : 1;
     model.order.floor = remesh_error * remesh_error;
-    model.header.transform = static_cast<std::uint8_t>(options.transform.kind);
+    const TransformKind kind = options.lossless > 0 ? TransformKind::ButterflyLazy : options.transform.kind;
+    model.header.transform = static_cast<std::uint8_t>(kind);
     return source;
 }
 

@@ -53,6 +53,25 @@ unsigned base_to_vary(const Mesh& mesh, const RemeshResult& remeshed, const Enco
     return !chosen && plain && mesh.positions.size() <= kMostToTry ? remeshed.parts[0].base.face_count() : 0;
 }
 
+/// Parts whose vertices are all the input's: semi-regular ones, and small components beside them as they are.
+Result<RemeshResult> own_parts(const Mesh& mesh, const EncodeOptions& options) {
+    RemeshResult remeshed = remesh(mesh, remeshing_of(options, 0));
+    bool any = false, all = true;
+    for (std::size_t p = 0; p < remeshed.parts.size(); ++p) {
+        any = any || remeshed.own_vertices[p] != 0;
+        all = all && (remeshed.own_vertices[p] != 0 || remeshed.parts[p].levels == 0);
+    }
+    if (any && all) return remeshed;
+    return Error{Errc::InvalidArgument, 0,
+                 "the mesh has no subdivision connectivity of two levels or more, which lossless coding needs "
+                 "(--keep-original keeps any mesh)"};
+}
+
+Result<Draft> lossless_draft(const Mesh& mesh, const EncodeOptions& options) {
+    Result<RemeshResult> parts = own_parts(mesh, options);
+    return parts.ok() ? Draft::make(mesh, std::move(*parts), options) : Result<Draft>(parts.error());
+}
+
 /// The draft of the base that measures best. Sharp models may want larger bases than decimation stops at, smooth ones
 /// smaller ones.
 Result<Draft> best_draft(const Mesh& mesh, const EncodeOptions& options) {
@@ -60,6 +79,7 @@ Result<Draft> best_draft(const Mesh& mesh, const EncodeOptions& options) {
         slide_parts(mesh, options, remeshed);
         return Draft::make(mesh, std::move(remeshed), options);
     };
+    if (options.lossless > 0) return lossless_draft(mesh, options);
     RemeshResult remeshed = remesh(mesh, remeshing_of(options, options.base_faces));
     const unsigned base = base_to_vary(mesh, remeshed, options);
     const double factor = base > 0 && remeshed.parts[0].creases.empty() ? 1 / kBaseFactor : kBaseFactor;

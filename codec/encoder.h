@@ -24,7 +24,10 @@ struct EncodeOptions {
     double target_error = 0;     // RMS, fraction of the diagonal; 0: chosen from the model
     unsigned tile_count = 0;     // 0: chosen from the model
     unsigned keep_original = 0;  // bits of the input mesh's positions in the last chunk, 1 to 30; 0: no such chunk
-    unsigned threads = 0;        // 0: all cores
+    /// Bits of a grid (a cell is the diagonal over 2^bits) on which every vertex is kept exactly, 1 to 24; 0: lossy.
+    /// By `butterfly-lazy` on integers; InvalidArgument where the input is not semi-regular.
+    unsigned lossless = 0;
+    unsigned threads = 0;  // 0: all cores
     Progress progress;
 };
 
@@ -42,7 +45,8 @@ struct Encoded {
 };
 
 /// Cleans, remeshes, transforms, codes. Fails only where nothing is left to code (no face of positive area, a box
-/// whose size is not finite) or memory limits are exceeded.
+/// whose size is not finite), memory limits are exceeded, or lossless coding is asked for of other than semi-regular
+/// input.
 Result<Encoded> encode(Mesh mesh, const EncodeOptions& options);
 
 }  // namespace mvw

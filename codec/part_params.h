@@ -10,6 +10,9 @@
 
 namespace mvw {
 
+/// Of a lossless part's grid: details, too, have to fit the planes and floats.
+inline constexpr unsigned kMaxLosslessBits = 24;
+
 /// First byte of a Base payload. Unknown bits mean Unsupported.
 enum BaseFlags : std::uint8_t {
     kBaseSequential = 1,  // Draco's sequential method instead of edgebreaker
@@ -18,7 +21,8 @@ enum BaseFlags : std::uint8_t {
     kBaseTransform = 8,  // transform parameters other than the defaults follow
     kBaseColors = 16,    // colours: their number of components and their steps follow
     kBaseFast = 32,      // planes are packed (entropy/packed_planes.h) instead of range-coded
-    kBaseAllFlags = 63,
+    kBaseLossless = 64,  // integers throughout (transform/integer.h): all planes together are exact
+    kBaseAllFlags = 127,
 };
 
 /// A step on disk: eight steps an octave, (1 + (code % 8) / 8) * 2^-(code / 8), exact in binary.
@@ -44,6 +48,7 @@ struct PartParams {
     std::vector<std::uint8_t> steps;        // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
     std::vector<std::uint8_t> across;       // likewise of the tangential steps
     bool fast = false;                      // planes are packed, not range-coded
+    bool lossless = false;                  // coefficients are integers in units of the grid
     unsigned color_components = 0;          // 0: no colours; 3: Y, Co, Cg; 4: and alpha
     std::vector<std::uint8_t> color_steps;  // code of the step of plane 0 of each level, L + 1, of all components
     TransformOptions transform;             // `kind` comes from the file's header

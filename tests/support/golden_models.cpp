@@ -35,6 +35,8 @@ std::vector<GoldenModel> golden_models() {
     models.push_back({"fast", {colored().parts[0], bumpy_ball(3)}, {}});
     for (Vec3& p : models.back().parts[1].positions) p += Vec3{3, 0, 0};
     models.back().options.profile = Profile::Fast;
+    models.push_back({"lossless", {bumpy_ball(3)}, {}});
+    models.back().options.lossless = 12;
     for (unsigned kind = 0; kind < kTransformCount; ++kind) {
         GoldenModel model{
             std::string(transform_name(TransformKind{static_cast<std::uint8_t>(kind)})), {bumpy_ball(2)}, {}};

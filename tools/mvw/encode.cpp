@@ -169,6 +169,15 @@ void add_encode(CLI::App& app) {
             "--keep-original", options.keep_original,
             "Also keep the input mesh (cleaned; without colours) with so many bits a coordinate; see decode --original")
         ->check(CLI::Range(1, 30));
+    command
+        ->add_option("--lossless", options.lossless,
+                     "Keep every vertex exactly on a grid of so many bits a coordinate; for semi-regular meshes only "
+                     "(others: --keep-original)")
+        ->check(CLI::Range(1, 24))
+        ->excludes("--transform")
+        ->excludes("--levels")
+        ->excludes("--base-faces")
+        ->excludes("--target-error");
     command->add_option("--s", options.transform.s, "Shape of the rule at extraordinary vertices, in (0, 36/31]")
         ->check(CLI::Range(1e-6, 36.0 / 31.0));
     command->add_option("--weights", arguments->weights, "Lifting weights: computed (exact), or the paper's (table1)")
