@@ -95,6 +95,8 @@ class FolderStore final : public Store {
         FileStamp stamp;
         ModelPtr model;
     };
+    ModelPtr ready(std::string_view name, const FileStamp& stamp);
+
     const Descriptor folder_;
     const std::size_t max_open_;
     const Limits limits_;
@@ -102,21 +104,32 @@ class FolderStore final : public Store {
     std::list<Ready> ready_;  // most recently used first
 };
 
+// Under the lock: the model kept under that name, in that state; null where there is none.
+ModelPtr FolderStore::ready(std::string_view name, const FileStamp& stamp) {
+    const auto known =
+        std::find_if(ready_.begin(), ready_.end(), [&](const Ready& r) { return r.name == name && r.stamp == stamp; });
+    if (known == ready_.end()) return nullptr;
+    ready_.splice(ready_.begin(), ready_, known);
+    return ready_.front().model;
+}
+
 Result<ModelPtr> FolderStore::open(std::string_view name) {
     if (name.ends_with(kEnding)) name.remove_suffix(kEnding.size());
     if (!is_plain_name(name)) return Error{Errc::Io, 0, "no such model"};
+    // What is ready needs no opening while its name still leads to the same file, by whatever way.
+    struct stat s {};
+    if (::fstatat(folder_.get(), (std::string(name) + std::string(kEnding)).c_str(), &s, AT_SYMLINK_NOFOLLOW) == 0) {
+        const std::lock_guard lock(mutex_);
+        if (const ModelPtr model = ready(name, stamp_of(s))) return model;
+    }
     Descriptor file = open_below(folder_.get(), std::string(name) + std::string(kEnding));
     if (!file.ok()) return Error{Errc::Io, 0, "no such model"};
     const Result<FileStamp> stamp = stamp_of(file.get());
     if (!stamp) return Error{Errc::Io, 0, "no such model"};
 
     const std::lock_guard lock(mutex_);
-    const auto known = std::find_if(ready_.begin(), ready_.end(), [&](const Ready& r) { return r.name == name; });
-    if (known != ready_.end() && known->stamp == *stamp) {
-        ready_.splice(ready_.begin(), ready_, known);
-        return ready_.front().model;
-    }
-    if (known != ready_.end()) ready_.erase(known);
+    if (const ModelPtr model = ready(name, *stamp)) return model;
+    ready_.remove_if([&](const Ready& r) { return r.name == name; });
     Result<ModelPtr> model = load(std::move(file), *stamp, limits_);
     if (!model) {
         // An unsound file is there, but not to be had: what is wrong with it is for the log, by the caller.

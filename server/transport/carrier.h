@@ -45,6 +45,10 @@ class Carrier {
     virtual asio::awaitable<std::size_t> read(asio::mutable_buffer out, error_code& error) = 0;
     /// Takes some of the bytes, at least one.
     virtual asio::awaitable<std::size_t> write(asio::const_buffer bytes, error_code& error) = 0;
+    /// The same where other bytes follow at once: a packet may wait for them.
+    virtual asio::awaitable<std::size_t> write_before_more(asio::const_buffer bytes, error_code& error) {
+        return write(bytes, error);
+    }
     /// True where send_file() can be called: the system moves a file's bytes without a copy.
     [[nodiscard]] virtual bool can_send_file() const { return false; }
     /// Sends some of the file's bytes; 0 without an error where the file ends before `offset`.
@@ -59,11 +63,12 @@ class Carrier {
 
 class TcpCarrier final : public Carrier {
  public:
-    explicit TcpCarrier(Socket socket) : socket_(std::move(socket)) {}
+    explicit TcpCarrier(Socket socket);
     Strand strand() override { return socket_.get_executor(); }
     asio::awaitable<void> handshake(error_code& error) override;
     asio::awaitable<std::size_t> read(asio::mutable_buffer out, error_code& error) override;
     asio::awaitable<std::size_t> write(asio::const_buffer bytes, error_code& error) override;
+    asio::awaitable<std::size_t> write_before_more(asio::const_buffer bytes, error_code& error) override;
     bool can_send_file() const override { return true; }
     asio::awaitable<std::size_t> send_file(int file, std::uint64_t offset, std::size_t count,
                                            error_code& error) override;
@@ -73,7 +78,11 @@ class TcpCarrier final : public Carrier {
     Socket& stream() { return socket_; }
 
  private:
+    asio::awaitable<std::size_t> send(asio::const_buffer bytes, int flags, error_code& error);
+    asio::awaitable<void> let_others(std::size_t sent, error_code& error);
+
     Socket socket_;
+    std::size_t sent_in_a_row_ = 0;  // without having waited
 };
 
 class TlsCarrier final : public Carrier {

@@ -206,8 +206,9 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
         if (reply.status < context_.metrics.http_answers.size()) ++context_.metrics.http_answers[reply.status];
         std::string head = reply.head(keep_alive);
         if (!reply.without_body) head += reply.text;
-        if (!co_await write_all(asio::buffer(head))) co_return false;
-        if (reply.without_body || !reply.source) co_return true;
+        const bool more = !reply.without_body && reply.source && reply.length > 0;
+        if (!co_await write_all(asio::buffer(head), more)) co_return false;
+        if (!more) co_return true;
         const bool sent = co_await send_source(*reply.source, reply.offset, reply.length);
         co_return sent;
     }
@@ -243,7 +244,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
                     end("the file cannot be read: " + r.error().message);
                     co_return false;
                 }
-                if (!co_await write_all(asio::buffer(buffer.data(), n))) co_return false;
+                if (!co_await write_all(asio::buffer(buffer.data(), n), n < length)) co_return false;
             }
             offset += sent;
             length -= sent;
@@ -251,10 +252,11 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
         co_return true;
     }
 
-    asio::awaitable<bool> write_all(asio::const_buffer bytes) {
+    asio::awaitable<bool> write_all(asio::const_buffer bytes, bool more) {
         while (bytes.size() > 0) {
             error_code error;
-            const std::size_t n = co_await carrier_->write(bytes, error);
+            const std::size_t n =
+                more ? co_await carrier_->write_before_more(bytes, error) : co_await carrier_->write(bytes, error);
             if (!took(n, error)) co_return false;
             bytes += n;
         }
@@ -301,15 +303,14 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
         set_due(time);
     }
     void set_due(std::chrono::milliseconds time) {
-        const Clock::time_point due = Clock::now() + time;
-        const bool sooner = due < due_;
-        due_ = due;
-        if (sooner) timer_.cancel();  // one that fires early looks again
+        due_ = Clock::now() + time;
+        if (due_ < timer_.expiry()) timer_.cancel();  // one that fires early looks again
     }
 
     asio::awaitable<void> timer_loop() {
         while (!ended_ && !peer_) {
-            timer_.expires_at(due_);
+            // Never further than the shortest time that a state is given: moving it with every request would cost more.
+            timer_.expires_at(std::min(due_, Clock::now() + tick_));
             error_code error;
             co_await timer_.async_wait(into(error));
             if (ended_ || peer_) co_return;
@@ -348,6 +349,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
     std::vector<char> unread_;
     State state_ = State::Handshake;
     Clock::time_point due_ = Clock::time_point::max();
+    const std::chrono::milliseconds tick_ =
+        std::min({context_.limits.header_time, context_.limits.stall_time, context_.limits.http_idle_time});
     bool draining_ = false, timed_out_ = false, ended_ = false;
     double tokens_;
     Clock::time_point tokens_at_ = Clock::now();

@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-constexpr float kGoodError = 1e-3f;  // 60 dB
 constexpr double kGoodPsnr = 60;
 constexpr double kPlotMegabits = 5;
 constexpr int kPlotRoundTrip = 100;
