@@ -73,13 +73,13 @@ class Stream::Impl {
     Result<Summary> wait() {
         std::unique_lock lock(mutex_);
         std::optional<Result<protocol::EndReason>> outcome;
-        while (!outcome_) {
+        do {
             changed_.wait(lock, [&] { return outcome_.has_value(); });
             outcome = outcome_;
             lock.unlock();
             feed_.wait_idle();  // what is decoded last may show that a view wants more
             lock.lock();
-        }
+        } while (!outcome_);
         lock.unlock();
         if (!outcome->ok()) return outcome->error();
         if (feed_.error()) return *feed_.error();

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "codec/encoder.h"
 #include "server/server.h"
@@ -85,6 +87,19 @@ TEST_P(EveryWayTest, BringsTheFileByteForByte) {
     ASSERT_TRUE(summary.ok()) << summary.error().message;
     EXPECT_EQ(stream.feed().file().value(), torus_file());
     EXPECT_TRUE(summary->first_mesh_seconds);
+}
+
+TEST_P(EveryWayTest, WaitingLateIsNoLongWait) {
+    start();
+    std::atomic<bool> refined = false;
+    Callbacks callbacks;
+    callbacks.refined = [&](const Refinement&, const Decoder&) { refined = true; };
+    Stream stream(url_, options_, std::move(callbacks));
+    while (!refined) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));  // all of it has come by now
+    ASSERT_TRUE(stream.wait().ok());
+    EXPECT_EQ(stream.feed().file().value(), torus_file());
+    EXPECT_TRUE(stream.wait().ok()) << "and once more";
 }
 
 TEST_P(EveryWayTest, LevelAndThenTheRest) {
