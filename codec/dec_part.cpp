@@ -68,6 +68,7 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     coefficients_.reserve(base_->grid.size());
     for (std::uint32_t v = 0; v < base_->grid.size(); ++v) coefficients_.push_back(units_.origin(v));
     if (base_->params.lossless) integers_ = base_->grid;
+    changed_tiles_.assign(info_.tiles, 0);
     for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
         for (unsigned level = 0; level <= finest_; ++level)
             for (const Channel channel : {Channel::Geometry, Channel::Color})
@@ -175,6 +176,7 @@ void PartDecoder::store_values(const ChunkId& id, const Block& from) {
     from.decoder.values(base_->params.reconstruction_point(), scratch_);
     if (id.channel == Channel::Color) return store_colors(shape, level);
     ensure_coefficients(level);
+    mark_changed(id);
     if (base_->params.lossless) return store_integers(shape, from.decoder);
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const std::uint32_t v = shape.indices()[i];
@@ -243,19 +245,52 @@ std::vector<Vec3> PartDecoder::positions(unsigned level) {
             out.push_back(Vec3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])} * grid);
         return out;
     }
-    std::vector<Vec3f> floats(V);
     if (level == 0) {
-        std::copy_n(coefficients_.begin(), floats.size(), floats.begin());
-    } else {
-        if (!transform_ || transform_levels_ < level) {
-            transform_.reset();
-            transform_ = std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases);
-            transform_levels_ = level;
-        }
-        transform_->synthesize(std::span(coefficients_).first(floats.size()), level, floats);
+        for (std::size_t v = 0; v < V; ++v) out.push_back(to_double(coefficients_[v]));
+        return out;
     }
-    for (const Vec3f& p : floats) out.push_back(to_double(p));
+    synthesize(level);
+    for (const Vec3f& p : surface_) out.push_back(to_double(p));
     return out;
+}
+
+void PartDecoder::mark_changed(const ChunkId& id) {
+    changed_level_ = std::min<unsigned>(changed_level_, id.level);
+    if (id.level >= info_.first_tiled_level)
+        changed_tiles_[id.tile] = 1;
+    else
+        std::fill(changed_tiles_.begin(), changed_tiles_.end(), std::uint8_t{1});
+}
+
+std::vector<std::uint32_t> PartDecoder::changed_faces() const {
+    std::vector<std::uint32_t> faces;
+    for (std::size_t tile = 0; tile < changed_tiles_.size(); ++tile)
+        if (changed_tiles_[tile] != 0)
+            faces.insert(faces.end(), tiling_.tiles[tile].faces.begin(), tiling_.tiles[tile].faces.end());
+    return faces;
+}
+
+/// Brings surface_ up to date.
+void PartDecoder::synthesize(unsigned level) {
+    const auto V = static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
+    const bool again = surface_.size() == V;
+    if (again && changed_level_ > level) return;
+    if (!transform_ || transform_levels_ < level || (again && !updates_)) {
+        updates_ = again;
+        transform_levels_ = level;
+        transform_.reset();
+        transform_ =
+            std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases, 1, updates_);
+        changed_level_ = 0;
+    }
+    const std::span<const Vec3f> coefficients = std::span(coefficients_).first(V);
+    surface_.resize(V);
+    if (again)
+        transform_->update(coefficients, changed_faces(), changed_level_, level, surface_);
+    else
+        transform_->synthesize(coefficients, level, surface_);
+    changed_level_ = kUnchanged;
+    std::fill(changed_tiles_.begin(), changed_tiles_.end(), std::uint8_t{0});
 }
 
 void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {

@@ -33,6 +33,8 @@ class PartDecoder {
     [[nodiscard]] unsigned finest_level() const { return finest_; }
 
     /// Adds the part's mesh at min(level, finest_level()) to `out`: positions center + diagonal * p. Needs has_base().
+    /// Asked again for a level, it synthesises only what chunks have changed since: work in proportion to their tiles
+    /// and levels, but for the copy handed out.
     void append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out);
 
  private:
@@ -54,6 +56,9 @@ class PartDecoder {
     void store_colors(const BlockShape& shape, unsigned level);
     void ensure_coefficients(unsigned level);
     [[nodiscard]] std::vector<Vec3> positions(unsigned level);
+    void synthesize(unsigned level);
+    void mark_changed(const ChunkId& id);
+    [[nodiscard]] std::vector<std::uint32_t> changed_faces() const;
     void append_colors(unsigned level, Mesh& out);
     [[nodiscard]] const Tiling& tiling(unsigned level) const {
         return level < info_.first_tiled_level ? whole_ : tiling_;
@@ -90,6 +95,11 @@ class PartDecoder {
     std::map<ChunkId, Bytes> waiting_;  // by channel (in the place of the part), tile, level, layer
     std::unique_ptr<PatchTransform> transform_, color_transform_;
     unsigned transform_levels_ = 0, color_levels_ = 0;
+    bool updates_ = false;        // transform_ can update: from the second mesh asked for
+    std::vector<Vec3f> surface_;  // last synthesised, of V(level); empty: none
+    static constexpr unsigned kUnchanged = 255;
+    unsigned changed_level_ = kUnchanged;      // lowest one changed since, ...
+    std::vector<std::uint8_t> changed_tiles_;  // ... and flags of the tiles
 };
 
 }  // namespace mvw

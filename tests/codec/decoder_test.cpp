@@ -132,6 +132,28 @@ TEST(Decoder, StopsAtTheLevelThatFitsItsLimits) {
     EXPECT_EQ(decode(file, 255, limits)->positions.size(), 18u);
 }
 
+TEST(Decoder, MeshesTakenOnTheWayAreThoseOfAFreshDecoder) {
+    EncodeOptions options;
+    options.tile_count = 6;
+    const Bytes file = encode_parts({bumpy_ball(5)}, options).file;
+    const Toc toc = toc_of(file);
+    Decoder on_the_way;
+    ASSERT_TRUE(on_the_way.feed_header(file).ok());
+    bool tiles = false;
+    for (const ChunkEntry& c : toc.chunks) {
+        ASSERT_TRUE(on_the_way.feed_chunk(c.id, payload_of(file, c), c.crc32c).ok());
+        tiles = tiles || c.id.tile > 0;
+        // Now and then at another level, and twice with nothing between.
+        if (c.id.layer % 4 == 3) {
+            EXPECT_TRUE(on_the_way.mesh(3).ok());
+        }
+        const Mesh mesh = on_the_way.mesh().value();
+        EXPECT_TRUE(same(mesh, on_the_way.mesh().value()));
+        EXPECT_TRUE(same(mesh, decode(ByteSpan(file).first(c.offset + c.length)).value())) << c.offset;
+    }
+    EXPECT_TRUE(tiles);
+}
+
 TEST(Decoder, EveryLevelHasItsVertices) {
     const Bytes& file = small_file().file;
     for (unsigned level = 0; level <= 3; ++level)
