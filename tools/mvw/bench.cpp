@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/bench/cuts.h"
+#include "tools/bench/decode_speed.h"
 #include "tools/bench/load.h"
 #include "tools/bench/lod_hull.h"
 #include "tools/bench/models.h"
@@ -22,6 +23,11 @@ struct ModelsArguments {
 
 struct CutsArguments {
     bench::CutsOptions options;
+    bool json = false;
+};
+
+struct DecodeSpeedArguments {
+    bench::DecodeSpeedOptions options;
     bool json = false;
 };
 
@@ -71,6 +77,11 @@ void bench_lod_hull(LodHullArguments& arguments) {
 void bench_cuts(CutsArguments& arguments) {
     arguments.options.say = say_on_errors;
     print(bench::run_cuts(arguments.options), "models", arguments.json);
+}
+
+void bench_decode(DecodeSpeedArguments& arguments) {
+    arguments.options.say = say_on_errors;
+    print(bench::run_decode_speed(arguments.options), "times", arguments.json);
 }
 
 void bench_network(NetworkArguments& arguments) {
@@ -168,6 +179,20 @@ void add_lod_hull(CLI::App& bench) {
     command->callback([arguments] { bench_lod_hull(*arguments); });
 }
 
+void add_decode_speed(CLI::App& bench) {
+    auto arguments = std::make_shared<DecodeSpeedArguments>();
+    CLI::App* command = bench.add_subcommand(
+        "decode", "Times decoding on one thread against Draco at as many vertices and as small an error");
+    command->footer("Example: mvw bench decode lucy.ply --out results   (writes decode_speed.csv)");
+    command->add_option("MESH", arguments->options.meshes, "Mesh files")->required();
+    command->add_option("--out", arguments->options.out, "Folder for the results")->required();
+    command->add_option("--tile-count", arguments->options.tile_count, "Tiles of each part")
+        ->check(CLI::Range(1, 65535))
+        ->capture_default_str();
+    command->add_flag("--json", arguments->json, "One JSON object: times, a list of one object per row");
+    command->callback([arguments] { bench_decode(*arguments); });
+}
+
 void add_cuts(CLI::App& bench) {
     auto arguments = std::make_shared<CutsArguments>();
     CLI::App* command =
@@ -191,6 +216,7 @@ void add_bench(CLI::App& app) {
     add_models(*bench);
     add_lod_hull(*bench);
     add_cuts(*bench);
+    add_decode_speed(*bench);
     add_network(*bench);
     add_load(*bench);
     add_soak(*bench);

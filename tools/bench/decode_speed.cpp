@@ -1,0 +1,163 @@
+#include "tools/bench/decode_speed.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include "codec/decoder.h"
+#include "codec/enc_base.h"
+#include "codec/encoder.h"
+#include "codec/measure/surface_error.h"
+#include "codec/mesh/io/mesh_io.h"
+
+namespace mvw::bench {
+namespace {
+
+constexpr unsigned kRuns = 7;
+constexpr std::uint32_t kSamples = 100'000;
+constexpr int kDracoSpeed = 3;  // 10 less its level
+constexpr unsigned kFewestBits = 10, kMostBits = 20;
+constexpr double kSame = 0.05;  // dB
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+template <typename Work>
+double best_of_runs(const Work& work) {
+    double best = 1e300;
+    for (unsigned run = 0; run < kRuns; ++run) {
+        const auto start = Clock::now();
+        work();
+        best = std::min(best, seconds_since(start));
+    }
+    return best;
+}
+
+double psnr_of(const Mesh& input, const Mesh& mesh) {
+    return surface_error(input, mesh, {kSamples, 0}).psnr;
+}
+
+Mesh placed(const DracoMesh& coded, const Box& box, unsigned bits) {
+    Mesh mesh;
+    mesh.faces = coded.faces;
+    const double cell = std::ldexp(box.diagonal(), -static_cast<int>(bits));
+    for (const auto& g : coded.grid)
+        mesh.positions.push_back(box.center() +
+                                 Vec3{static_cast<double>(g[0]), static_cast<double>(g[1]), static_cast<double>(g[2])} *
+                                     cell);
+    return mesh;
+}
+
+std::vector<std::string> row(const std::string& model, const DecodeTime& t, double draco_rate) {
+    const double rate = static_cast<double>(t.vertices) / t.seconds;
+    return {model,
+            t.how,
+            std::to_string(t.bytes),
+            std::to_string(t.vertices),
+            t.psnr > 0 ? fmt::format("{:.2f}", t.psnr) : "",
+            fmt::format("{:.2f}", t.seconds * 1000),
+            fmt::format("{:.2f}", rate / 1e6),
+            fmt::format("{:.2f}", rate / draco_rate)};
+}
+
+Result<void> add_model(const std::string& path, const DecodeSpeedOptions& options, Table& table) {
+    CleanReport report;
+    Result<Mesh> read = read_mesh(path, report);
+    if (!read.ok()) return read.error();
+    const Mesh input = clean(std::move(*read), report);
+    const std::string model = std::filesystem::path(path).stem().string();
+    EncodeOptions encoding;
+    encoding.tile_count = options.tile_count;
+    const Result<Encoded> small = encode(input, encoding);
+    encoding.profile = Profile::Fast;
+    const Result<Encoded> fast = encode(input, encoding);
+    if (!small.ok() || !fast.ok()) return Error{Errc::InvalidArgument, 0, path + " cannot be encoded"};
+    const DecodeTime times[] = {time_decode(input, small->file, "mvw"), time_decode(input, fast->file, "mvw, fast"),
+                                time_chunk(small->file)};
+    const DecodeTime draco = time_draco(input, decode(small->file).value(), times[0].psnr);
+    const double rate = static_cast<double>(draco.vertices) / draco.seconds;
+    table.rows.push_back(row(model, draco, rate));
+    for (const DecodeTime& t : times) table.rows.push_back(row(model, t, rate));
+    return {};
+}
+
+}  // namespace
+
+DecodeTime time_decode(const Mesh& input, ByteSpan file, const std::string& how) {
+    DecodeTime out{how, file.size(), 0, 0, 0};
+    Mesh mesh;
+    out.seconds = best_of_runs([&] { mesh = decode(file).value(); });
+    out.vertices = mesh.positions.size();
+    out.psnr = psnr_of(input, mesh);
+    return out;
+}
+
+DecodeTime time_draco(const Mesh& input, const Mesh& mesh, double psnr) {
+    const Box box = bounding_box(mesh);
+    DecodeTime out;
+    for (unsigned bits = kFewestBits; bits <= kMostBits; ++bits) {
+        std::vector<std::array<std::int32_t, 3>> grid;
+        for (const Vec3& p : mesh.positions) {
+            grid.emplace_back();
+            for (std::size_t k = 0; k < 3; ++k)
+                grid.back()[k] = static_cast<std::int32_t>(
+                    std::lround(std::ldexp((p[k] - box.center()[k]) / box.diagonal(), static_cast<int>(bits))));
+        }
+        const Bytes bytes = write_draco(mesh.faces, grid, false, kDracoSpeed);
+        const auto V = static_cast<std::uint32_t>(grid.size()), F = static_cast<std::uint32_t>(mesh.faces.size());
+        const Result<DracoMesh> coded = read_draco(bytes, false, V, F);
+        if (!coded.ok()) continue;
+        out = {fmt::format("Draco level 7, {} bits", bits), bytes.size(), coded->grid.size(),
+               psnr_of(input, placed(*coded, box, bits)), 0};
+        if (out.psnr < psnr - kSame && bits < kMostBits) continue;
+        out.seconds = best_of_runs([&] { (void)placed(read_draco(bytes, false, V, F).value(), box, bits); });
+        break;
+    }
+    return out;
+}
+
+DecodeTime time_chunk(ByteSpan file) {
+    const FileHeader header = read_header(file).value();
+    const Toc toc = read_toc(header, file.subspan(header.index_offset), file.size()).value();
+    unsigned finest = 0;
+    for (const PartInfo& part : header.parts) finest = std::max<unsigned>(finest, part.levels);
+    DecodeTime out{"mvw, one more chunk of the finest level", 0, 0, 0, 0};
+    Decoder decoder;
+    (void)decoder.feed_header(file).ok();
+    double seconds = 0, chunks = 0, bytes = 0;
+    for (const ChunkEntry& c : toc.chunks) {
+        const auto start = Clock::now();
+        (void)decoder.feed_chunk(c.id, file.subspan(c.offset, c.length), c.crc32c).ok();
+        const Result<Mesh> mesh = decoder.mesh();
+        if (!mesh.ok() || c.id.level < finest || c.id.channel != Channel::Geometry) continue;
+        seconds += seconds_since(start);
+        bytes += static_cast<double>(c.length);
+        out.vertices = mesh->positions.size();
+        ++chunks;
+    }
+    out.seconds = seconds / std::max(chunks, 1.0);
+    out.bytes = static_cast<std::uint64_t>(bytes / std::max(chunks, 1.0));
+    return out;
+}
+
+Result<Table> run_decode_speed(const DecodeSpeedOptions& options) {
+    std::error_code error;
+    std::filesystem::create_directories(options.out, error);
+    if (error) return Error{Errc::Io, 0, options.out + ": " + error.message()};
+    Table table{{"model", "what", "bytes", "vertices", "dB", "ms", "million vertices/s", "times Draco"}, {}};
+    for (const std::string& path : options.meshes) {
+        if (options.say) options.say(path);
+        if (const Result<void> r = add_model(path, options, table); !r.ok()) return r.error();
+        if (auto written = write_text_file(options.out + "/decode_speed.csv", table.csv()); !written)
+            return written.error();
+    }
+    return table;
+}
+
+}  // namespace mvw::bench
