@@ -6,6 +6,7 @@
 #include "codec/measure/surface_index.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/parallel.h"
+#include "codec/remesh/unfold.h"
 
 namespace mvw {
 
@@ -37,9 +38,17 @@ class Snap {
           index_(input.positions, input.faces, threads),
           triangles_(triangles_at_level(mesh.base, mesh.levels)),
           fixed_(line_vertices(mesh)),
+          normals_(mesh.positions.size()),
           transform_(mesh.base, mesh.levels, transform, mesh.creases, threads),
           coefficients_(mesh.positions.size()),
           wanted_(mesh.positions.size()) {
+        parallel_slices(normals_.size(), threads_, [&](std::size_t begin, std::size_t end) {
+            std::uint32_t near = kNone;
+            for (std::size_t v = begin; v < end; ++v) {
+                near = index_.closest(mesh.positions[v], near).face;
+                normals_[v] = normal(near);
+            }
+        });
         params_.base_bits = static_cast<std::uint8_t>(bits);
         params_.transform = transform;
         analyze();
@@ -50,7 +59,7 @@ class Snap {
 
     void round() {
         want();
-        std::vector<Vec3> moved = mesh_.positions;
+        std::vector<Vec3> moved = mesh_.positions, normals = normals_;
         parallel_slices(moved.size(), threads_, [&](std::size_t begin, std::size_t end) {
             std::uint32_t near = kNone;
             for (std::size_t v = begin; v < end; ++v) {
@@ -59,11 +68,14 @@ class Snap {
                 const Vec3 above = mesh_.positions[v] - from.point;
                 const SurfacePoint to = index_.closest(to_double(wanted_[v]) - above, from.face);
                 near = from.face;
-                if (dot(normal(from.face), normal(to.face)) >= kSameSheet) moved[v] = to.point + above;
+                if (dot(normal(from.face), normal(to.face)) < kSameSheet) continue;
+                moved[v] = to.point + above;
+                normals[v] = normal(to.face);
             }
         });
-        untangle(moved);
+        untangle(moved, normals);
         mesh_.positions.swap(moved);
+        normals_.swap(normals);
         analyze();
     }
 
@@ -72,6 +84,7 @@ class Snap {
         FitOptions fitting;
         fitting.threads = threads_;
         fit(input_, triangles_, fixed_, fitting, mesh_.positions);
+        unfold(triangles_, normals_, fixed_, mesh_.positions);
         analyze();
     }
 
@@ -109,18 +122,25 @@ class Snap {
         return normalized(scaled_normal(input_.positions, input_.faces[face]));
     }
 
-    /// Takes back the moves of corners of triangles that turn over; one taken back can turn the next one.
-    void untangle(std::vector<Vec3>& moved) const {
+    /// Whether a triangle looks to the side that the input does at its corners.
+    [[nodiscard]] static bool stands(const Face& f, const std::vector<Vec3>& positions,
+                                     const std::vector<Vec3>& normals) {
+        return dot(scaled_normal(positions, f), normals[f[0]] + normals[f[1]] + normals[f[2]]) > 0;
+    }
+
+    /// Takes back the moves of corners of triangles that fall; one taken back can fell the next one.
+    void untangle(std::vector<Vec3>& moved, std::vector<Vec3>& normals) const {
         for (unsigned pass = 0; pass < kUntanglings; ++pass) {
-            bool turned = false;
+            bool fallen = false;
             for (const Face& f : triangles_) {
-                if (dot(scaled_normal(moved, f), scaled_normal(mesh_.positions, f)) > 0) continue;
+                if (stands(f, moved, normals) || !stands(f, mesh_.positions, normals_)) continue;
                 for (const std::uint32_t v : f) {
-                    turned = turned || !(moved[v] == mesh_.positions[v]);
+                    fallen = fallen || !(moved[v] == mesh_.positions[v]);
                     moved[v] = mesh_.positions[v];
+                    normals[v] = normals_[v];
                 }
             }
-            if (!turned) return;
+            if (!fallen) return;
         }
     }
 
@@ -130,6 +150,7 @@ class Snap {
     const SurfaceIndex index_;
     const std::vector<Face> triangles_;
     const std::vector<std::uint8_t> fixed_;
+    std::vector<Vec3> normals_;  // of the input where each vertex is
     PatchTransform transform_;
     PartParams params_;
     PartUnits::Grid grid_;
