@@ -27,6 +27,8 @@ constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, fo
 constexpr std::uint32_t kSamplesForChoice = 20'000;
 constexpr unsigned kBudgets = 5;         // sizes at which files are compared, ...
 constexpr double kLeastBudget = 1024;    // ... none below
+constexpr double kMostLost = 0.7;        // dB of the whole file that better beginnings may cost, ...
+constexpr double kEnough = 84;           // ... unless it stays above this
 constexpr double kNothing = 35;          // PSNR that a beginning too short for any surface counts as
 constexpr double kExact = 150;           // and the most that any does
 constexpr double kMostOverhead = 0.045;  // of the file: heads, header, index
@@ -208,25 +210,27 @@ Result<Bytes> plan_file(CodedModel& model, std::vector<PlannedChunk>& plan) {
     }
 }
 
+/// PSNR of a file's first bytes.
+double psnr_of(const Source& source, ByteSpan file, double bytes) {
+    Decoder decoder;
+    (void)decoder.feed(file.first(static_cast<std::size_t>(std::min(bytes, double(file.size()))))).ok();
+    decoder.finish();
+    const Result<Mesh> mesh = decoder.mesh();
+    if (!mesh.ok() || !measurable(*mesh)) return kNothing;
+    return std::min(surface_error(source.input, *mesh, {kSamplesForChoice, source.threads}).psnr, kExact);
+}
+
 /// Mean PSNR of a file's beginnings, of sizes that matter: from 0.2 to 3 bits for each of the input's vertices.
 double score(const Source& source, ByteSpan file) {
     const double bits = double(source.input.positions.size()) / 8;
     const double least = std::max(kLeastBudget, 0.2 * bits), most = std::max(2 * least, 3 * bits);
     double sum = 0;
-    for (unsigned k = 0; k < kBudgets; ++k) {
-        const double bytes = least * std::pow(most / least, double(k) / (kBudgets - 1));
-        Decoder decoder;
-        (void)decoder.feed(file.first(static_cast<std::size_t>(std::min(bytes, double(file.size()))))).ok();
-        decoder.finish();
-        const Result<Mesh> mesh = decoder.mesh();
-        const bool there = mesh.ok() && measurable(*mesh);
-        sum += there ? std::min(surface_error(source.input, *mesh, {kSamplesForChoice, source.threads}).psnr, kExact)
-                     : kNothing;
-    }
+    for (unsigned k = 0; k < kBudgets; ++k)
+        sum += psnr_of(source, file, least * std::pow(most / least, double(k) / (kBudgets - 1)));
     return sum / kBudgets;
 }
 
-/// Of the ways to lay the bases: the one whose file measures best.
+/// Of the ways to lay the bases: the one whose file measures best, if the whole file is as good as without or enough.
 Result<Bytes> best_file(const Source& source, CodedModel& model, std::vector<PlannedChunk>& plan, double& best_score) {
     struct Way {
         bool snapped;
@@ -237,6 +241,7 @@ Result<Bytes> best_file(const Source& source, CodedModel& model, std::vector<Pla
         if (can_snap(source, p)) ways.insert(ways.end(), {{true, 0}, {true, 1}});
     const CodedModel start = model;
     Bytes best;
+    double least_whole = 0;
     for (std::size_t w = 0; w < ways.size(); ++w) {
         CodedModel tried = start;
         std::vector<PlannedChunk> tried_plan;
@@ -245,7 +250,9 @@ Result<Bytes> best_file(const Source& source, CodedModel& model, std::vector<Pla
         if (!file.ok()) return file;
         const double s = ways.size() > 1 ? score(source, *file) : 0;
         if (source.options.progress) source.options.progress("choose", double(w + 1) / double(ways.size()));
-        if (w > 0 && s <= best_score) continue;
+        const double whole = ways.size() > 1 ? psnr_of(source, *file, double(file->size())) : 0;
+        if (w == 0) least_whole = std::min(whole - kMostLost, kEnough);
+        if (w > 0 && (s <= best_score || whole < least_whole)) continue;
         best = std::move(*file), best_score = s;
         model = std::move(tried), plan = std::move(tried_plan);
     }
