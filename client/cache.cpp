@@ -41,30 +41,16 @@ Bytes head_of(const Opened& opened, const std::string& etag) {
 Bytes record_of(const Received& chunk) {
     ByteWriter out;
     out.u32(static_cast<std::uint32_t>(chunk.payload.size()));
-    out.u32(chunk.index);
-    out.u16(chunk.id.part);
-    out.u16(chunk.id.tile);
-    out.u8(chunk.id.level);
-    out.u8(chunk.id.layer);
-    out.u8(static_cast<std::uint8_t>(chunk.id.channel));
-    out.u32(chunk.crc32c);
-    out.f32(chunk.error);
+    protocol::write_chunk_fields(out, {chunk.index, chunk.id, chunk.crc32c, chunk.error, {}});
     out.bytes(chunk.payload);
     return out.take();
 }
 
 bool read_record(ByteReader& in, Received& chunk) {
     const std::uint32_t length = in.u32();
-    chunk.index = in.u32();
-    chunk.id.part = in.u16();
-    chunk.id.tile = in.u16();
-    chunk.id.level = in.u8();
-    chunk.id.layer = in.u8();
-    chunk.id.channel = Channel{in.u8()};
-    chunk.crc32c = in.u32();
-    chunk.error = in.f32();
+    const protocol::Chunk fields = protocol::read_chunk_fields(in);
     const ByteSpan payload = in.bytes(length);
-    chunk.payload.assign(payload.begin(), payload.end());
+    chunk = {fields.index, fields.id, fields.crc32c, fields.error, Bytes(payload.begin(), payload.end())};
     return in.ok() && crc32c(payload) == chunk.crc32c;
 }
 

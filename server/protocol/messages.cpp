@@ -122,15 +122,7 @@ Result<Message> read_model(ByteReader& in) {
 }
 
 Result<Message> read_chunk(ByteReader& in) {
-    Chunk m;
-    m.index = in.u32();
-    m.id.part = in.u16();
-    m.id.tile = in.u16();
-    m.id.level = in.u8();
-    m.id.layer = in.u8();
-    m.id.channel = Channel{in.u8()};
-    m.crc32c = in.u32();
-    m.error = in.f32();
+    Chunk m = read_chunk_fields(in);
     m.payload = in.bytes(in.remaining());
     if (std::isnan(m.error) || m.error < 0) return Error{Errc::Malformed, in.offset(), "chunk error is not a number"};
     return Message{m};
@@ -268,7 +260,12 @@ Bytes write_message(const ErrorMessage& m) {
 
 Bytes write_chunk_head(std::uint32_t index, const ChunkEntry& chunk) {
     ByteWriter out = begin(MessageType::Chunk);
-    out.u32(index);
+    write_chunk_fields(out, {index, chunk.id, chunk.crc32c, chunk.error, {}});
+    return finish(out, chunk.length);
+}
+
+void write_chunk_fields(ByteWriter& out, const Chunk& chunk) {
+    out.u32(chunk.index);
     out.u16(chunk.id.part);
     out.u16(chunk.id.tile);
     out.u8(chunk.id.level);
@@ -276,7 +273,19 @@ Bytes write_chunk_head(std::uint32_t index, const ChunkEntry& chunk) {
     out.u8(static_cast<std::uint8_t>(chunk.id.channel));
     out.u32(chunk.crc32c);
     out.f32(chunk.error);
-    return finish(out, chunk.length);
+}
+
+Chunk read_chunk_fields(ByteReader& in) {
+    Chunk m;
+    m.index = in.u32();
+    m.id.part = in.u16();
+    m.id.tile = in.u16();
+    m.id.level = in.u8();
+    m.id.layer = in.u8();
+    m.id.channel = Channel{in.u8()};
+    m.crc32c = in.u32();
+    m.error = in.f32();
+    return m;
 }
 
 Bytes write_index_head(std::uint32_t index_bytes) {

@@ -183,6 +183,9 @@ Bytes write_message(const End&);
 Bytes write_message(const ErrorMessage&);
 /// Head and fields alone; exactly chunk.length payload bytes must follow.
 Bytes write_chunk_head(std::uint32_t index, const ChunkEntry& chunk);
+/// A CHUNK's fields before its payload, kChunkFieldBytes of them; the client's cache keeps them in the same form.
+void write_chunk_fields(ByteWriter& out, const Chunk& chunk);
+Chunk read_chunk_fields(ByteReader& in);
 /// Head alone; exactly index_bytes bytes must follow.
 Bytes write_index_head(std::uint32_t index_bytes);
 

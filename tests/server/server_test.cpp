@@ -12,6 +12,8 @@
 
 #include <thread>
 
+#include "client/transport/wire.h"
+#include "tests/support/certificate.h"
 #include "tests/support/downloader.h"
 #include "tests/support/stream_models.h"
 
@@ -217,6 +219,32 @@ TEST_F(ServerTest, DrainLetsStreamsEndAndClosesTheIdle) {
     busy.expect_all_of(file);
     server_->wait();
     EXPECT_EQ(server_->connections(), 0u);
+}
+
+TEST_F(ServerTest, DrainLetsStreamsUnderTlsEndByTcpAndWebSocket) {
+    const Bytes file = make_stream_file(kLarge);
+    folder_.put("a.mvw", file);
+    test::make_certificate(folder_.path("cert.pem"), folder_.path("key.pem"));
+    options_.tls_cert = folder_.path("cert.pem");
+    options_.tls_key = folder_.path("key.pem");
+    start();
+    const auto tls = client::make_client_tls(options_.tls_cert).value();
+    Downloader by_tcp(client::Url{client::Scheme::Tcp, address(), "a", true, {}}, {}, 3, tls.get());
+    Downloader by_web(client::Url{client::Scheme::WebSocket, server_->http_address(), "a", true, {}}, {}, 3, tls.get());
+    ASSERT_TRUE(by_tcp.wait_for_pause());
+    ASSERT_TRUE(by_web.wait_for_pause());
+    server_->drain();
+    by_tcp.go_on();
+    by_web.go_on();
+    for (Downloader* client : {&by_tcp, &by_web}) {
+        ASSERT_TRUE(client->wait());
+        ASSERT_FALSE(client->failed) << client->failed->message;
+        EXPECT_EQ(client->resumed, 0);
+        client->expect_all_of(file);
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    server_->wait();
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
 }
 
 TEST_F(ServerTest, DrainEndsInTimeEvenIfAStreamDoesNot) {

@@ -25,10 +25,12 @@ class Downloader {
     Downloader(const protocol::HostPort& address, const std::string& model, client::Wants wants = {},
                std::size_t pause_at = SIZE_MAX)
         : Downloader(client::Url{client::Scheme::Tcp, address, model, false, {}}, std::move(wants), pause_at) {}
-    explicit Downloader(const client::Url& url, client::Wants wants = {}, std::size_t pause_at = SIZE_MAX)
+    /// `tls` outlives it; used where the URL says so.
+    explicit Downloader(const client::Url& url, client::Wants wants = {}, std::size_t pause_at = SIZE_MAX,
+                        boost::asio::ssl::context* tls = nullptr)
         : pause_at_(pause_at),
           session_(url.model, "", std::move(wants)),
-          transport_(io_, url, nullptr, session_, [this](client::Action&& a) { take(std::move(a)); }) {
+          transport_(io_, url, tls, session_, [this](client::Action&& a) { take(std::move(a)); }) {
         boost::asio::post(io_, [this] { transport_.perform(session_.start(client::Clock::now())); });
         thread_ = std::thread([this] { io_.run(); });
     }

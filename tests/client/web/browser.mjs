@@ -45,11 +45,20 @@ export function makeModels() {
   return readFileSync(path.join(folder, 'ball.mvw')).length;
 }
 
+/** A file of keys for `mvw serve --tokens`, and a token of it that opens one model. */
+export function makeToken(model) {
+  const keys = path.join(folder, 'keys');
+  writeFileSync(keys, 'a key of more than sixteen bytes\n');
+  const made = spawnSync(program, ['token', '--key', keys, '--models', model]);
+  if (made.status !== 0) throw new Error(String(made.stderr));
+  return { keys, token: String(made.stdout).trim() };
+}
+
 /** `mvw serve` as a process that can be killed and started again at the same place. */
 export class Server {
   port = 0;
-  async start() {
-    const args = ['serve', folder, '--tcp', '127.0.0.1:0', '--http', `127.0.0.1:${this.port}`, '--page', page];
+  async start(more = []) {
+    const args = ['serve', folder, '--tcp', '127.0.0.1:0', '--http', `127.0.0.1:${this.port}`, '--page', page, ...more];
     this.process = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'] });
     this.wanted = true;
     this.process.once('exit', (code, signal) => this.wanted && console.error(`mvw serve ended by itself: ${code} ${signal}`));

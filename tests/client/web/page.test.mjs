@@ -1,7 +1,7 @@
 // The page that `mvw serve` offers at /, used as a person would.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
-import { changes, complete, figure, isAgain, launch, looksLike, makeModels, openTab, Server, settle, stagePixels } from './browser.mjs';
+import { changes, complete, figure, isAgain, launch, looksLike, makeModels, makeToken, openTab, Server, settle, stagePixels } from './browser.mjs';
 
 const size = makeModels();
 const server = new Server();
@@ -36,6 +36,26 @@ test('the policy allows our own scripts and WebAssembly, and nothing looser', as
   assert.match(policy, /(^|; )default-src 'none'/);
   assert.match(policy, /(^|; )script-src 'self' 'wasm-unsafe-eval'(;|$)/);
   assert.doesNotMatch(policy, /'unsafe-inline'|'unsafe-eval'|\*/);
+});
+
+test('behind tokens the page shows what its own one opens, and without one nothing', async () => {
+  const { keys, token } = makeToken('golden');
+  const guarded = await new Server().start(['--tokens', keys]);
+  try {
+    const list = tab.waitForResponse((response) => response.url().endsWith('/models'));
+    await tab.goto(guarded.url);
+    assert.deepEqual((await (await list).json()).models, []);
+    assert.equal(await tab.locator('.card').count(), 0);
+    await tab.goto(`${guarded.url}?token=${token}`);
+    await tab.waitForFunction(() => document.querySelectorAll('.card[data-bytes]').length === 1);
+    assert.deepEqual(await tab.locator('.card strong').allInnerTexts(), ['golden']);
+    await tab.locator('.card').click();
+    await complete(tab);
+    assert.equal((await fetch(`${guarded.url}models/golden.mvw`)).status, 401);
+    assert.equal((await fetch(`${guarded.url}models/ball.mvw?token=${token}`)).status, 403);
+  } finally {
+    await guarded.kill();
+  }
 });
 
 test('the gallery shows each model, drawn from the first 4 KB of its file', async () => {
