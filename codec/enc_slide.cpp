@@ -8,7 +8,6 @@
 #include "codec/remesh/drift.h"
 #include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
-#include "codec/remesh/parallel.h"
 #include "codec/remesh/resample.h"
 #include "codec/remesh/surface_walk.h"
 #include "codec/remesh/unfold.h"
@@ -78,7 +77,7 @@ class Slide {
           transform_(mesh.base, mesh.levels, options, mesh.creases, threads),
           positions_(std::move(positions)),
           curves_(curves_of(mesh, fixed_, positions_)),
-          drift_(surface_, triangles_, fixed_, closest_points(threads), threads) {}
+          drift_(surface_, triangles_, fixed_, closest_points(input, positions_, threads), threads) {}
 
     void round() {
         const std::vector<Vec3f> wanted = without_tangents();
@@ -95,11 +94,7 @@ class Slide {
     /// Where on the input each vertex is.
     [[nodiscard]] const std::vector<FacePoint>& points() const { return drift_.points(); }
     /// Of the input, there.
-    [[nodiscard]] std::vector<Vec3> normals() const {
-        std::vector<Vec3> out;
-        for (std::uint32_t v = 0; v < positions_.size(); ++v) out.push_back(drift_.normal(v));
-        return out;
-    }
+    [[nodiscard]] std::vector<Vec3> normals() const { return drift_.normals(); }
     [[nodiscard]] const std::vector<Face>& triangles() const { return triangles_; }
     [[nodiscard]] const std::vector<std::uint8_t>& fixed() const { return fixed_; }
 
@@ -107,15 +102,6 @@ class Slide {
     [[nodiscard]] FacePoint closest_point(const Vec3& p, std::uint32_t near) const {
         const SurfacePoint hit = index_.closest(p, near);
         return {hit.face, hit.barycentric};
-    }
-
-    [[nodiscard]] std::vector<FacePoint> closest_points(unsigned threads) const {
-        std::vector<FacePoint> points(positions_.size());
-        parallel_slices(points.size(), threads, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t v = begin; v < end; ++v)
-                points[v] = closest_point(positions_[v], begin < v ? points[v - 1].face : kNone);
-        });
-        return points;
     }
 
     /// The surface with each detail's tangential components shortened.

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codec/measure/surface_index.h"
+#include "codec/remesh/drift.h"
+#include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
-#include "codec/remesh/parallel.h"
+#include "codec/remesh/surface_walk.h"
 #include "codec/remesh/unfold.h"
 
 namespace mvw {
@@ -13,14 +14,8 @@ namespace mvw {
 namespace {
 
 constexpr unsigned kRounds = 5;
-constexpr float kKept = 0.5f;          // of each tangential detail, a round, as in enc_slide.cpp
-constexpr unsigned kUntanglings = 20;  // passes over the triangles that take moves back
-constexpr double kSameSheet = 0.3;     // least cosine between the surface's normals before and after a vertex' move
-constexpr double kMostCells = 2;       // from a grid point along its normal; farther away another one is better
-
-Vec3 scaled_normal(const std::vector<Vec3>& positions, const Face& f) {
-    return cross(positions[f[1]] - positions[f[0]], positions[f[2]] - positions[f[0]]);
-}
+constexpr float kKept = 0.5f;     // of each tangential detail, a round, as in enc_slide.cpp
+constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
 
 std::array<std::int32_t, 3> rounded(const Vec3& p, unsigned bits) {
     std::array<std::int32_t, 3> g{};
@@ -35,20 +30,15 @@ class Snap {
         : input_(input),
           mesh_(mesh),
           threads_(threads),
-          index_(input.positions, input.faces, threads),
+          surface_(input, mesh.creases.empty() ? std::vector<std::uint8_t>{} : feature_half_edges(input)),
           triangles_(triangles_at_level(mesh.base, mesh.levels)),
           fixed_(line_vertices(mesh)),
-          normals_(mesh.positions.size()),
           transform_(mesh.base, mesh.levels, transform, mesh.creases, threads),
           coefficients_(mesh.positions.size()),
-          wanted_(mesh.positions.size()) {
-        parallel_slices(normals_.size(), threads_, [&](std::size_t begin, std::size_t end) {
-            std::uint32_t near = kNone;
-            for (std::size_t v = begin; v < end; ++v) {
-                near = index_.closest(mesh.positions[v], near).face;
-                normals_[v] = normal(near);
-            }
-        });
+          wanted_(mesh.positions.size()),
+          drift_(surface_, triangles_, fixed_, closest_points(input, mesh.positions, threads), threads) {
+        for (std::uint32_t v = 0; v < mesh.positions.size(); ++v)
+            above_.push_back(mesh.positions[v] - drift_.position(v));
         params_.base_bits = static_cast<std::uint8_t>(bits);
         params_.transform = transform;
         analyze();
@@ -59,23 +49,12 @@ class Snap {
 
     void round() {
         want();
-        std::vector<Vec3> moved = mesh_.positions, normals = normals_;
-        parallel_slices(moved.size(), threads_, [&](std::size_t begin, std::size_t end) {
-            std::uint32_t near = kNone;
-            for (std::size_t v = begin; v < end; ++v) {
-                if (fixed_[v] != 0) continue;
-                const SurfacePoint from = index_.closest(mesh_.positions[v], near);
-                const Vec3 above = mesh_.positions[v] - from.point;
-                const SurfacePoint to = index_.closest(to_double(wanted_[v]) - above, from.face);
-                near = from.face;
-                if (dot(normal(from.face), normal(to.face)) < kSameSheet) continue;
-                moved[v] = to.point + above;
-                normals[v] = normal(to.face);
-            }
-        });
-        untangle(moved, normals);
-        mesh_.positions.swap(moved);
-        normals_.swap(normals);
+        std::vector<Vec3> steps;
+        for (std::uint32_t v = 0; v < above_.size(); ++v)
+            steps.push_back(to_double(wanted_[v]) - above_[v] - drift_.position(v));
+        drift_.move(steps);
+        for (std::uint32_t v = 0; v < above_.size(); ++v)
+            if (fixed_[v] == 0) mesh_.positions[v] = drift_.position(v) + above_[v];
         analyze();
     }
 
@@ -84,7 +63,7 @@ class Snap {
         FitOptions fitting;
         fitting.threads = threads_;
         fit(input_, triangles_, fixed_, fitting, mesh_.positions);
-        unfold(triangles_, normals_, fixed_, mesh_.positions);
+        unfold(triangles_, drift_.normals(), fixed_, mesh_.positions);
         analyze();
     }
 
@@ -118,44 +97,19 @@ class Snap {
         transform_.synthesize(coefficients_, mesh_.levels, wanted_);
     }
 
-    [[nodiscard]] Vec3 normal(std::uint32_t face) const {
-        return normalized(scaled_normal(input_.positions, input_.faces[face]));
-    }
-
-    /// Whether a triangle looks to the side that the input does at its corners.
-    [[nodiscard]] static bool stands(const Face& f, const std::vector<Vec3>& positions,
-                                     const std::vector<Vec3>& normals) {
-        return dot(scaled_normal(positions, f), normals[f[0]] + normals[f[1]] + normals[f[2]]) > 0;
-    }
-
-    /// Takes back the moves of corners of triangles that fall; one taken back can fell the next one.
-    void untangle(std::vector<Vec3>& moved, std::vector<Vec3>& normals) const {
-        for (unsigned pass = 0; pass < kUntanglings; ++pass) {
-            bool fallen = false;
-            for (const Face& f : triangles_) {
-                if (stands(f, moved, normals) || !stands(f, mesh_.positions, normals_)) continue;
-                for (const std::uint32_t v : f) {
-                    fallen = fallen || !(moved[v] == mesh_.positions[v]);
-                    moved[v] = mesh_.positions[v];
-                    normals[v] = normals_[v];
-                }
-            }
-            if (!fallen) return;
-        }
-    }
-
     const Mesh& input_;
     SemiRegularMesh& mesh_;
     const unsigned threads_;
-    const SurfaceIndex index_;
+    const SurfaceWalk surface_;
     const std::vector<Face> triangles_;
     const std::vector<std::uint8_t> fixed_;
-    std::vector<Vec3> normals_;  // of the input where each vertex is
     PatchTransform transform_;
     PartParams params_;
     PartUnits::Grid grid_;
     PartUnits units_;
     std::vector<Vec3f> coefficients_, wanted_;
+    Drift drift_;
+    std::vector<Vec3> above_;  // from the vertices' places on the input to the vertices
 };
 
 }  // namespace

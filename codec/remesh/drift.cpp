@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codec/measure/surface_index.h"
 #include "codec/remesh/parallel.h"
 
 namespace mvw {
@@ -70,6 +71,13 @@ bool Drift::put(std::uint32_t v, const FacePoint& where) {
     return true;
 }
 
+std::vector<Vec3> Drift::normals() const {
+    std::vector<Vec3> out;
+    out.reserve(places_.size());
+    for (const Place& p : places_) out.push_back(p.normal);
+    return out;
+}
+
 void Drift::move(const std::vector<Vec3>& steps) {
     for (const auto& group : groups_)
         parallel_slices(group.size(), threads_, [&](std::size_t begin, std::size_t end) {
@@ -80,6 +88,18 @@ void Drift::move(const std::vector<Vec3>& steps) {
                     if (put(v, surface_.walk(points_[v], step))) break;
             }
         });
+}
+
+std::vector<FacePoint> closest_points(const Mesh& mesh, const std::vector<Vec3>& positions, unsigned threads) {
+    const SurfaceIndex index(mesh.positions, mesh.faces, threads);
+    std::vector<FacePoint> points(positions.size());
+    parallel_slices(points.size(), threads, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+            const SurfacePoint hit = index.closest(positions[v], begin < v ? points[v - 1].face : kNone);
+            points[v] = {hit.face, hit.barycentric};
+        }
+    });
+    return points;
 }
 
 }  // namespace mvw

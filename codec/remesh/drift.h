@@ -26,7 +26,9 @@ class Drift {
 
     [[nodiscard]] const std::vector<FacePoint>& points() const { return points_; }
     [[nodiscard]] const Vec3& position(std::uint32_t v) const { return places_[v].position; }
-    /// Of the surface, at each vertex; zero for a fixed one, where two surfaces may meet.
+    /// Of the surface, at each vertex (V).
+    [[nodiscard]] std::vector<Vec3> normals() const;
+    /// At one; zero for a fixed one, where two surfaces may meet.
     [[nodiscard]] const Vec3& normal(std::uint32_t v) const { return places_[v].normal; }
 
  private:
@@ -45,5 +47,8 @@ class Drift {
     std::vector<Place> places_;
     std::vector<double> most_;  // of each triangle's sides, squared
 };
+
+/// The points of `mesh` that are nearest to `positions`.
+std::vector<FacePoint> closest_points(const Mesh& mesh, const std::vector<Vec3>& positions, unsigned threads);
 
 }  // namespace mvw
