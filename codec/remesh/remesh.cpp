@@ -29,17 +29,18 @@ constexpr unsigned kLeastOwnLevels = 2;     // of semi-regular input that is kep
 constexpr double kOversampling = 1.3;       // faces of the finest level for each face of the input
 constexpr double kBaseError = 2.8e-3;       // of the diagonal, by the quadrics: where a default base stops
 constexpr double kCornerReach = 0.01;       // of the diagonal
-constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a default base, at least
+constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a default base, at least; ...
+constexpr std::size_t kFeatureReduction = 3;  // ... and one more for so many edges of features, which it has to follow
 constexpr unsigned kMaxLevels = 8;
-constexpr std::uint32_t kMinComponentFaces = 256;  // a smaller component costs less as it is
-constexpr double kMinReduction = 4;                // input faces for each base face below which wavelets are pointless
-constexpr double kTargetError = 1e-4;              // of the diagonal: a finer level where it is missed ...
-constexpr double kMaxOversampling = 8;             // ... but no more vertices than this for each of the input
-constexpr double kMaxError = 3e-4;                 // of the diagonal: a remesh that misses it by more is given up; ...
-constexpr double kMaxSmallError = 1.5e-4;          // ... of a part that Draco codes in a few kilobytes, sooner
+constexpr std::uint32_t kMinComponentFaces = 60;  // a smaller component costs less as it is
+constexpr double kMinReduction = 2;               // input faces for each base face below which wavelets are pointless
+constexpr double kTargetError = 1e-4;             // of the diagonal: a finer level where it is missed ...
+constexpr double kMaxOversampling = 8;            // ... but no more vertices than this for each of the input
+constexpr double kMaxError = 3e-4;                // of the diagonal: a remesh that misses it by more is given up; ...
+constexpr double kMaxSmallError = 1.5e-4;         // ... of a part that Draco codes in a few kilobytes, sooner
 constexpr std::size_t kSmallPartFaces = 10'000;
 constexpr std::size_t kMaxFaces = std::size_t{1} << 27;  // of a finest level, whatever was asked for
-constexpr double kMaxAloneShare = 0.02;                  // of the area: above this, try without features
+constexpr double kMaxAloneShare = 0.3;                   // of the area: above this, try without features
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
@@ -162,7 +163,8 @@ Decimation decimate(const Mesh& mesh, std::vector<std::uint8_t> sharp, const std
                     const std::vector<std::uint32_t>& component_of_face, const RemeshOptions& options) {
     DecimateOptions how;
     how.target_faces = options.base_faces;
-    how.max_faces = mesh.faces.size() / kBaseReduction;
+    const auto feature_edges = static_cast<std::size_t>(std::count(sharp.begin(), sharp.end(), 1)) / 2;
+    how.max_faces = mesh.faces.size() / kBaseReduction + feature_edges / kFeatureReduction;
     how.error = kBaseError * bounding_box(mesh).diagonal();
     how.corner_reach = kCornerReach;
     how.progress = [&](double done) { report(options, "decimate", done); };
@@ -270,9 +272,7 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
     const std::vector<std::uint8_t> sharp = feature_half_edges(mesh);
     Decimation decimation = decimate(mesh, sharp, parts, component_of_face, options);
     const bool has_features = std::find(sharp.begin(), sharp.end(), 1) != sharp.end();
-    if (has_features && options.base_faces == 0 &&
-        (decimation.alone_area_share > kMaxAloneShare ||
-         decimation.parameterization->base().live_faces() > 2 * mesh.faces.size() / kBaseReduction)) {
+    if (has_features && options.base_faces == 0 && decimation.alone_area_share > kMaxAloneShare) {
         // So many features leave too little to collapse, as the noise of some scans does: do without them.
         Decimation smooth = decimate(mesh, {}, parts, component_of_face, options);
         if (smooth.alone_area_share <= decimation.alone_area_share) decimation = std::move(smooth);
