@@ -11,8 +11,8 @@ namespace mvw {
 
 /// Rounds of: analysis, coarse positions to the nearest points of their normals, tangential details halved, synthesis;
 /// every vertex follows along `input` (remesh/drift.h), as far above it as it was; at the end the fit and unfolding.
-/// Vertices on boundaries, creases and borders between materials stay. Returns the
-/// grid's points, in units of 2^-bits, one for each base vertex.
+/// Vertices on boundaries, creases and borders between materials stay. Returns the grid's points, in units of 2^-bits,
+/// one for each base vertex.
 ///
 /// input  the surface, in the units of mesh.positions: those of the coder. O(V log F) a round.
 PartUnits::Grid snap(const Mesh& input, const TransformOptions& transform, unsigned bits, unsigned threads,

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "codec/measure/surface_error.h"
 #include "codec/mesh/clean.h"
 #include "codec/mesh/half_edges.h"
 #include "codec/remesh/features.h"
@@ -38,6 +39,8 @@ constexpr double kTargetError = 1e-4;             // of the diagonal: a finer le
 constexpr double kMaxOversampling = 8;            // ... but no more vertices than this for each of the input
 constexpr double kMaxError = 3e-4;                // of the diagonal: a remesh that misses it by more is given up; ...
 constexpr double kMaxSmallError = 1.5e-4;         // ... of a part that Draco codes in a few kilobytes, sooner
+constexpr double kMaxSmallDeviation = 1e-2;       // of the part's diagonal, at the worst place of such a part
+constexpr std::uint32_t kSamplesOfSmallPart = 40'000;
 constexpr std::size_t kSmallPartFaces = 10'000;
 constexpr std::size_t kMaxFaces = std::size_t{1} << 27;  // of a finest level, whatever was asked for
 constexpr double kMaxAloneShare = 0.3;                   // of the area: above this, try without features
@@ -206,12 +209,21 @@ class Sampler {
             ++part.levels;
             error = sample(input, face_ids, part);
         }
-        const double limit = input.faces.size() < kSmallPartFaces ? kMaxSmallError : kMaxError;
-        if (options_.levels < 0 && options_.base_faces == 0 && error > limit * diagonal) return std::nullopt;
+        if (options_.levels < 0 && options_.base_faces == 0 && is_given_up(input, part, error)) return std::nullopt;
         return part;
     }
 
  private:
+    /// Whether a part is better left to Draco. Small ones cost little there, so they have to be good at their worst
+    /// place, too: a rounded corner of a CAD model that the grid cuts off is seen, whatever the mean.
+    [[nodiscard]] bool is_given_up(const Mesh& input, const SemiRegularMesh& part, double error) const {
+        const double diagonal = bounding_box(mesh_).diagonal();
+        if (input.faces.size() >= kSmallPartFaces) return error > kMaxError * diagonal;
+        if (error > kMaxSmallError * diagonal) return true;
+        const Mesh remeshed{part.positions, triangles_at_level(part.base, part.levels), {}, {}};
+        return surface_error(input, remeshed, {kSamplesOfSmallPart, threads_}).max > kMaxSmallDeviation;
+    }
+
     /// Fills in positions and colours of a part whose base and levels stand. Returns the RMS distance of the input from
     /// it, model units.
     double sample(const Mesh& input, const std::vector<std::uint32_t>& face_ids, SemiRegularMesh& part) const {
