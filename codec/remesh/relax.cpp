@@ -76,7 +76,7 @@ class Relaxation {
 
     /// Moves v to where the energy around it is lower, if a step finds such a place; nothing where all was still of
     /// late.
-    void improve(std::uint32_t v, std::uint16_t sweep) {
+    void improve(std::uint32_t v, std::uint32_t sweep) {
         if (!is_restless(v, sweep)) return;
         const Place& here = places_[v];
         if (squared_length(here.normal) == 0) return;
@@ -105,8 +105,8 @@ class Relaxation {
         return sum / static_cast<double>(rings_.at(v).size());
     }
 
-    [[nodiscard]] bool is_restless(std::uint32_t v, std::uint16_t sweep) {
-        std::uint16_t last = moved_[v];
+    [[nodiscard]] bool is_restless(std::uint32_t v, std::uint32_t sweep) {
+        std::uint32_t last = moved_[v];
         for (const RingTriangle& t : rings_.at(v)) last = std::max({last, moved_[t.first], moved_[t.second]});
         return last + 1 >= sweep;
     }
@@ -155,7 +155,7 @@ class Relaxation {
     std::vector<double> targets_;  // doubled area of each triangle
     std::vector<FacePoint>& points_;
     std::vector<Place> places_;
-    std::vector<std::uint16_t> moved_;  // the last sweep in which each vertex moved
+    std::vector<std::uint32_t> moved_;  // the last sweep in which each vertex moved
 };
 
 }  // namespace
@@ -164,7 +164,7 @@ void relax(const SurfaceWalk& surface, const std::vector<Face>& triangles, const
            const RelaxOptions& options, std::vector<FacePoint>& points) {
     Relaxation relaxation(surface, triangles, fixed, points);
     const auto groups = relaxation.rings().independent_groups(fixed);
-    for (std::uint16_t sweep = 1; sweep <= options.sweeps; ++sweep) {
+    for (std::uint32_t sweep = 1; sweep <= options.sweeps; ++sweep) {
         if (sweep % kSweepsOfAim == 1) relaxation.aim();
         for (const auto& group : groups)
             parallel_slices(group.size(), options.threads, [&](std::size_t begin, std::size_t end) {
