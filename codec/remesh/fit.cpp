@@ -131,22 +131,10 @@ void take_back_turned(const std::vector<Face>& triangles, const std::vector<Vec3
     }
 }
 
-/// RMS over the samples of the distance from the surface; along its normal, where the closest point was the right one.
-double residual(const std::vector<Sample>& samples, const std::vector<Term>& terms,
-                const std::vector<Vec3>& positions) {
-    double sum = 0;
-    for (std::size_t k = 0; k < terms.size(); ++k) {
-        const Vec3 off = samples[k].point - terms[k].at(positions);
-        const double along = dot(samples[k].normal, off);
-        sum += terms[k].used ? along * along : squared_length(off);
-    }
-    return terms.empty() ? 0 : std::sqrt(sum / static_cast<double>(terms.size()));
-}
-
 }  // namespace
 
-double fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
-           const FitOptions& options, std::vector<Vec3>& positions) {
+void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
+         const FitOptions& options, std::vector<Vec3>& positions) {
     // Very fine remeshes have many vertices on each face of the input: there fewer samples a vertex say as much.
     const auto vertices = static_cast<double>(positions.size());
     const double count = std::min(options.samples * vertices, 2 * vertices + kPlentySamples);
@@ -174,7 +162,6 @@ double fit(const Mesh& input, const std::vector<Face>& triangles, const std::vec
         take_back_turned(triangles, positions, moved);
         positions = std::move(moved);
     }
-    return residual(samples, terms, positions);
 }
 
 }  // namespace mvw

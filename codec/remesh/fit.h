@@ -17,9 +17,8 @@ struct FitOptions {
 };
 
 /// Moves `positions` (V) so that the surface `triangles` comes closer to `input`; vertices flagged `fixed` (V) stay. A
-/// move that turns a triangle over is taken back. Deterministic whatever the thread count. Returns the RMS distance of
-/// points of the input from the moved surface, model units, as the last round's closest points give it.
-double fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
-           const FitOptions& options, std::vector<Vec3>& positions);
+/// move that turns a triangle over is taken back. Deterministic whatever the thread count.
+void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
+         const FitOptions& options, std::vector<Vec3>& positions);
 
 }  // namespace mvw

@@ -37,10 +37,10 @@ constexpr std::uint32_t kMinComponentFaces = 60;  // a smaller component costs l
 constexpr double kMinReduction = 2;               // input faces for each base face below which wavelets are pointless
 constexpr double kTargetError = 1e-4;             // of the diagonal: a finer level where it is missed ...
 constexpr double kMaxOversampling = 8;            // ... but no more vertices than this for each of the input
-constexpr double kMaxError = 3e-4;                // of the diagonal: a remesh that misses it by more is given up; ...
-constexpr double kMaxSmallError = 1.5e-4;         // ... of a part that Draco codes in a few kilobytes, sooner
-constexpr double kMaxSmallDeviation = 1e-2;       // of the part's diagonal, at the worst place of such a part
-constexpr std::uint32_t kSamplesOfSmallPart = 40'000;
+constexpr double kMaxError = 4e-4;                // of the diagonal: a remesh that misses it by more is given up; ...
+constexpr double kMaxSmallError = 2e-4;           // ... of a part that Draco codes in a few kilobytes, sooner
+constexpr double kMaxSmallDeviation = 1e-2;       // of the diagonal, at the worst place of such a part
+constexpr std::uint32_t kSamples = 40'000;        // of each surface, to measure errors
 constexpr std::size_t kSmallPartFaces = 10'000;
 constexpr std::size_t kMaxFaces = std::size_t{1} << 27;  // of a finest level, whatever was asked for
 constexpr double kMaxAloneShare = 0.3;                   // of the area: above this, try without features
@@ -193,8 +193,7 @@ class Sampler {
     /// none where they miss it by far.
     template <typename Wanted>
     std::optional<SemiRegularMesh> make_part(unsigned level, Wanted wanted) const {
-        const double diagonal = bounding_box(mesh_).diagonal();
-        const double target = (options_.target_error > 0 ? options_.target_error : kTargetError) * diagonal;
+        const double target = options_.target_error > 0 ? options_.target_error : kTargetError;
         const Mesh input = extract_faces(mesh_, wanted);
         SemiRegularMesh part;
         std::vector<std::uint32_t> face_ids;
@@ -202,31 +201,33 @@ class Sampler {
         part.creases = creases_of(parameterization_.base(), part.base, face_ids);
         part.levels = level;
         while (part.levels > 1 && (std::size_t{part.base.face_count()} << (2 * part.levels)) > kMaxFaces) --part.levels;
-        double error = sample(input, face_ids, part);
-        while (options_.levels < 0 && error > target && part.levels < kMaxLevels) {
+        Distance error = sample(input, face_ids, part);
+        while (options_.levels < 0 && error.rms > target && part.levels < kMaxLevels) {
             const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
             if (finer > kMaxOversampling * static_cast<double>(input.positions.size())) break;
             ++part.levels;
             error = sample(input, face_ids, part);
         }
-        if (options_.levels < 0 && options_.base_faces == 0 && is_given_up(input, part, error)) return std::nullopt;
+        if (options_.levels < 0 && options_.base_faces == 0 && is_given_up(input, error)) return std::nullopt;
         return part;
     }
 
  private:
+    /// Between two surfaces, both ways, of the whole mesh's diagonal.
+    struct Distance {
+        double rms = 0, max = 0;
+    };
+
     /// Whether a part is better left to Draco. Small ones cost little there, so they have to be good at their worst
     /// place, too: a rounded corner of a CAD model that the grid cuts off is seen, whatever the mean.
-    [[nodiscard]] bool is_given_up(const Mesh& input, const SemiRegularMesh& part, double error) const {
-        const double diagonal = bounding_box(mesh_).diagonal();
-        if (input.faces.size() >= kSmallPartFaces) return error > kMaxError * diagonal;
-        if (error > kMaxSmallError * diagonal) return true;
-        const Mesh remeshed{part.positions, triangles_at_level(part.base, part.levels), {}, {}};
-        return surface_error(input, remeshed, {kSamplesOfSmallPart, threads_}).max > kMaxSmallDeviation;
+    [[nodiscard]] static bool is_given_up(const Mesh& input, const Distance& error) {
+        if (input.faces.size() >= kSmallPartFaces) return error.rms > kMaxError;
+        return error.rms > kMaxSmallError || error.max > kMaxSmallDeviation;
     }
 
-    /// Fills in positions and colours of a part whose base and levels stand. Returns the RMS distance of the input from
-    /// it, model units.
-    double sample(const Mesh& input, const std::vector<std::uint32_t>& face_ids, SemiRegularMesh& part) const {
+    /// Fills in positions and colours of a part whose base and levels stand. Returns how far the two surfaces are
+    /// apart.
+    Distance sample(const Mesh& input, const std::vector<std::uint32_t>& face_ids, SemiRegularMesh& part) const {
         report(options_, "sample", 0);
         std::vector<FacePoint> points = grid_points(part.base, part.levels, face_ids);
         parameterization_.to_input(points, threads_);
@@ -243,13 +244,15 @@ class Sampler {
         report(options_, "fit", 0);
         FitOptions fitting;
         fitting.threads = threads_;
-        const double error = fit(input, triangles, fixed, fitting, part.positions);
+        fit(input, triangles, fixed, fitting, part.positions);
         std::vector<Vec3> normals;
         for (std::size_t v = 0; v < points.size(); ++v)
             normals.push_back(fixed[v] != 0 ? Vec3{} : surface_.normal(points[v]));
         unfold(triangles, normals, fixed, part.positions);
+        const SurfaceError error = surface_error(input, {part.positions, triangles, {}, {}}, {kSamples, threads_});
         report(options_, "fit", 1);
-        return error;
+        const double scale = bounding_box(input).diagonal() / bounding_box(mesh_).diagonal();
+        return {error.rms * scale, error.max * scale};
     }
 
     const Mesh& mesh_;
