@@ -77,7 +77,7 @@ class Slide {
           transform_(mesh.base, mesh.levels, options, mesh.creases, threads),
           positions_(std::move(positions)),
           curves_(curves_of(mesh, fixed_, positions_)),
-          drift_(surface_, triangles_, fixed_, closest_points(input, positions_, threads), threads) {}
+          drift_(surface_, triangles_, fixed_, closest_points(index_, positions_, threads), threads) {}
 
     void round() {
         const std::vector<Vec3f> wanted = without_tangents();

@@ -36,7 +36,8 @@ class Snap {
           transform_(mesh.base, mesh.levels, transform, mesh.creases, threads),
           coefficients_(mesh.positions.size()),
           wanted_(mesh.positions.size()),
-          drift_(surface_, triangles_, fixed_, closest_points(input, mesh.positions, threads), threads) {
+          drift_(surface_, triangles_, fixed_,
+                 closest_points({input.positions, input.faces, threads}, mesh.positions, threads), threads) {
         for (std::uint32_t v = 0; v < mesh.positions.size(); ++v)
             above_.push_back(mesh.positions[v] - drift_.position(v));
         params_.base_bits = static_cast<std::uint8_t>(bits);

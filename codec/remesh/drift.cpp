@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codec/measure/surface_index.h"
 #include "codec/remesh/parallel.h"
 
 namespace mvw {
@@ -90,12 +89,12 @@ void Drift::move(const std::vector<Vec3>& steps) {
         });
 }
 
-std::vector<FacePoint> closest_points(const Mesh& mesh, const std::vector<Vec3>& positions, unsigned threads) {
-    const SurfaceIndex index(mesh.positions, mesh.faces, threads);
+std::vector<FacePoint> closest_points(const SurfaceIndex& surface, const std::vector<Vec3>& positions,
+                                      unsigned threads) {
     std::vector<FacePoint> points(positions.size());
     parallel_slices(points.size(), threads, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) {
-            const SurfacePoint hit = index.closest(positions[v], begin < v ? points[v - 1].face : kNone);
+            const SurfacePoint hit = surface.closest(positions[v], begin < v ? points[v - 1].face : kNone);
             points[v] = {hit.face, hit.barycentric};
         }
     });

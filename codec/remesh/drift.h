@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "codec/measure/surface_index.h"
 #include "codec/remesh/rings.h"
 #include "codec/remesh/self_parameterization.h"
 #include "codec/remesh/surface_walk.h"
@@ -48,7 +49,8 @@ class Drift {
     std::vector<double> most_;  // of each triangle's sides, squared
 };
 
-/// The points of `mesh` that are nearest to `positions`.
-std::vector<FacePoint> closest_points(const Mesh& mesh, const std::vector<Vec3>& positions, unsigned threads);
+/// The points of an indexed surface that are nearest to `positions`.
+std::vector<FacePoint> closest_points(const SurfaceIndex& surface, const std::vector<Vec3>& positions,
+                                      unsigned threads);
 
 }  // namespace mvw

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "codec/mesh/io/mesh_io.h"
+#include "codec/mesh/refine.h"
 #include "codec/remesh/remesh.h"
 
 namespace mvw::paper {
@@ -43,27 +44,6 @@ Result<Model> from_file(const std::string& folder, const std::string& name, unsi
     return finished(name, std::move(origin), std::move(*largest));
 }
 
-/// A base refined by midpoints, each point of the finest level put in its place by `place`.
-template <typename Place>
-SemiRegularMesh refined(BaseMesh base, const std::vector<Vec3>& points, unsigned levels, Place place) {
-    SemiRegularMesh mesh;
-    mesh.levels = levels;
-    mesh.positions.resize(vertices_at_level(base, levels));
-    std::vector<std::uint32_t> patch;
-    const double n = double(1u << levels);
-    for (std::uint32_t f = 0; f < base.face_count(); ++f) {
-        patch_vertices(base, f, levels, patch);
-        const Face& c = base.faces()[f];
-        std::size_t at = 0;
-        for (double i = 0; i <= n; ++i)
-            for (double k = 0; i + k <= n; ++k)
-                mesh.positions[patch[at++]] =
-                    place(points[c[0]] * ((n - i - k) / n) + points[c[1]] * (i / n) + points[c[2]] * (k / n));
-    }
-    mesh.base = std::move(base);
-    return mesh;
-}
-
 /// The surface of math.md's noise experiment over an icosahedron cut twice: 320 base faces.
 Model ball(unsigned levels) {
     const double g = std::numbers::phi;
@@ -73,11 +53,11 @@ Model ball(unsigned levels) {
                                   {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
                                   {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
     const SemiRegularMesh cut =
-        refined(BaseMesh::create(12, faces).value(), corners, 2, [](const Vec3& p) { return normalized(p); });
+        refine(BaseMesh::create(12, faces).value(), corners, 2, [](const Vec3& p) { return normalized(p); });
     BaseMesh base =
         BaseMesh::create(static_cast<std::uint32_t>(cut.positions.size()), triangles_at_level(cut.base, 2)).value();
     return finished("ball", "a bumpy ball by formula over an icosahedron cut twice",
-                    refined(std::move(base), cut.positions, levels, [](const Vec3& p) {
+                    refine(std::move(base), cut.positions, levels, [](const Vec3& p) {
                         const Vec3 d = normalized(p);
                         return d *
                                (1 + 0.2 * std::sin(5 * d.x) * std::cos(4 * d.y + 1) +
