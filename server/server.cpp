@@ -8,8 +8,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 
-#include <pthread.h>
-#include <signal.h>
 #include <algorithm>
 #include <thread>
 #include <vector>
@@ -20,6 +18,7 @@
 #include "server/transport/http.h"
 #include "server/transport/listener.h"
 #include "server/transport/peer.h"
+#include "server/transport/workers.h"
 
 namespace mvw::server {
 namespace {
@@ -32,15 +31,6 @@ void raise_descriptor_limit() {
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
     limit.rlim_cur = limit.rlim_max;
     ::setrlimit(RLIMIT_NOFILE, &limit);
-}
-
-// sendfile() to a peer that has gone raises SIGPIPE, whose default ends the process; its error says the same. Of this
-// thread alone: the rest of the process is not ours.
-void block_broken_pipes() {
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGPIPE);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
 // Tells what came, went and changed between two lists, both by name.
@@ -99,6 +89,10 @@ CheckToken make_check(const std::optional<TokenKeys>& keys) {
     };
 }
 
+unsigned thread_count(const ServerOptions& options) {
+    return options.threads != 0 ? options.threads : std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
+}
+
 // What peers over a limit are told, each in its own language; under TLS they cannot be told without a handshake.
 Bytes tcp_refusal() {
     return write_message(protocol::ErrorMessage{protocol::ErrorCode::TooBusy, "too many connections"});
@@ -130,27 +124,30 @@ class Server::Impl {
                    metrics_},
           site_(context_.open, context_.allow, catalogue_, metrics_, options_.page),
           admission_(context_.limits),
+          workers_(thread_count(options_)),
           tcp_listener_(std::make_shared<Listener>(
-              io_, context_, admission_,
+              workers_, context_, admission_,
               [this](Socket socket, std::string name, std::function<void()> on_end) {
                   return make_peer(make_carrier(std::move(socket), tls_.get()), Way::Tcp, context_, std::move(name),
                                    std::move(on_end));
               },
               tls_ ? Bytes() : tcp_refusal())),
           http_listener_(std::make_shared<Listener>(
-              io_, context_, admission_,
+              workers_, context_, admission_,
               [this](Socket socket, std::string name, std::function<void()> on_end) {
                   return make_http(make_carrier(std::move(socket), tls_.get()), context_, site_, std::move(name),
                                    std::move(on_end));
               },
               tls_ ? Bytes() : http_refusal())),
-          control_(io_.get_executor()),
+          control_(workers_.first().get_executor()),
           drain_timer_(control_),
           scan_timer_(control_),
           signals_(control_) {}
     ~Impl() {
         stop();
         wait();
+        tcp_listener_->forget();
+        http_listener_->forget();
         store_.reset();  // its thread may call on connections, which go with what follows
     }
 
@@ -173,13 +170,7 @@ class Server::Impl {
                                                  to_string(tcp_), to_string(http_), tls_ != nullptr,
                                                  options_.tokens.has_value(), log_value(options_.folder), models_));
         scan_later();
-        const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
-        const unsigned threads = options_.threads != 0 ? options_.threads : std::min(4u, cores);
-        for (unsigned i = 0; i < threads; ++i)
-            threads_.emplace_back([this] {
-                block_broken_pipes();
-                io_.run();
-            });
+        workers_.start();
         return {};
     }
 
@@ -204,12 +195,10 @@ class Server::Impl {
             drain_timer_.cancel();
             error_code ignored;
             signals_.cancel(ignored);
+            workers_.finish();
         });
     }
-    void wait() {
-        for (std::thread& t : threads_)
-            if (t.joinable()) t.join();
-    }
+    void wait() { workers_.wait(); }
 
     [[nodiscard]] protocol::HostPort tcp_address() const { return tcp_; }
     [[nodiscard]] protocol::HostPort http_address() const { return http_; }
@@ -265,7 +254,7 @@ class Server::Impl {
     PeerContext context_;
     Site site_;
     Admission admission_;
-    asio::io_context io_;  // after what its handlers use, which go with it
+    Workers workers_;  // after what their handlers use, which go with them
     std::shared_ptr<Listener> tcp_listener_, http_listener_;
     Strand control_;  // all that follows is touched on it alone once the threads run
     Timer drain_timer_, scan_timer_;
@@ -274,7 +263,6 @@ class Server::Impl {
     std::vector<StoreEntry> known_;
     std::size_t models_ = 0;
     protocol::HostPort tcp_, http_;
-    std::vector<std::thread> threads_;
 };
 
 Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {

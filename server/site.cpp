@@ -164,13 +164,15 @@ HttpReply preflight() {
 
 }  // namespace
 
+// By appending: formatting would be a tenth of what a small file costs.
 std::string HttpReply::head(bool keep_alive) const {
-    std::string out = fmt::format("HTTP/1.1 {} {}\r\n", status, reason_of(status));
-    for (const auto& [name, value] : fields) fmt::format_to(std::back_inserter(out), "{}: {}\r\n", name, value);
+    std::string out;
+    out.reserve(512);
+    out.append("HTTP/1.1 ").append(std::to_string(status)).append(" ").append(reason_of(status)).append("\r\n");
+    for (const auto& [name, value] : fields) out.append(name).append(": ").append(value).append("\r\n");
     if (status != 204 && status != 304)
-        fmt::format_to(std::back_inserter(out), "Content-Length: {}\r\n", source ? length : text.size());
-    out += keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n";
-    return out;
+        out.append("Content-Length: ").append(std::to_string(source ? length : text.size())).append("\r\n");
+    return out += keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n";
 }
 
 HttpReply plain_reply(unsigned status, const std::string& sentence) {

@@ -22,7 +22,8 @@ struct HttpRequest {
 /// Status, header fields and body: `text`, or `length` bytes of `source` from `offset`.
 struct HttpReply {
     unsigned status = 200;
-    std::vector<std::pair<std::string, std::string>> fields;  // Content-Length is not among them
+    std::vector<std::pair<std::string_view, std::string>>
+        fields;  // names are literals; Content-Length is not among them
     std::string text;
     std::shared_ptr<const ByteSource> source;
     std::uint64_t offset = 0, length = 0;  // length: of the body, also where HEAD leaves it out

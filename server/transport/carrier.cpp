@@ -12,14 +12,6 @@ namespace {
 
 constexpr std::size_t kMostInARow = 256u << 10;  // bytes sent without a turn for others
 
-// After a call that failed with errno `why`: until the socket takes more, where that is what is missing.
-asio::awaitable<void> wait_for_room(Socket& socket, int why, error_code& error) {
-    if (why == EAGAIN || why == EWOULDBLOCK)
-        co_await socket.async_wait(tcp::socket::wait_write, into(error));
-    else if (why != EINTR)
-        error = error_code(why, boost::system::system_category());
-}
-
 }  // namespace
 
 asio::awaitable<std::size_t> Carrier::send_file(int, std::uint64_t, std::size_t, error_code& error) {
@@ -41,49 +33,54 @@ TcpCarrier::TcpCarrier(Socket socket) : socket_(std::move(socket)) {
     socket_.native_non_blocking(true, ignored);
 }
 
-asio::awaitable<std::size_t> TcpCarrier::write(asio::const_buffer bytes, error_code& error) {
-    co_return co_await send(bytes, 0, error);
-}
-
-asio::awaitable<std::size_t> TcpCarrier::write_before_more(asio::const_buffer bytes, error_code& error) {
-    co_return co_await send(bytes, MSG_MORE, error);
-}
-
-// Tries at once: most of the time the socket has room, and no one has to be woken.
-asio::awaitable<std::size_t> TcpCarrier::send(asio::const_buffer bytes, int flags, error_code& error) {
+// Tries at once: most of the time the socket has room, and no one has to be woken. `call` gives what it moved, or -1.
+template <typename Call>
+asio::awaitable<std::size_t> TcpCarrier::move_out(Call call, error_code& error) {
     while (!error) {
-        const ssize_t n = ::send(socket_.native_handle(), bytes.data(), bytes.size(), flags | MSG_NOSIGNAL);
+        const ssize_t n = call();
+        const int why = errno;
         if (n >= 0) {
-            co_await let_others(static_cast<std::size_t>(n), error);
+            if (is_long_turn(static_cast<std::size_t>(n))) co_await asio::post(socket_.get_executor(), into(error));
             co_return static_cast<std::size_t>(n);
         }
-        const int why = errno;
-        co_await wait_for_room(socket_, why, error);
+        if (why == EAGAIN || why == EWOULDBLOCK)
+            co_await socket_.async_wait(tcp::socket::wait_write, into(error));
+        else if (why != EINTR)
+            error = error_code(why, boost::system::system_category());
     }
     co_return 0;
 }
 
-// A fast reader would never make us wait: the other connections of this thread have their turn nevertheless.
-asio::awaitable<void> TcpCarrier::let_others(std::size_t sent, error_code& error) {
-    sent_in_a_row_ += sent;
-    if (sent_in_a_row_ < kMostInARow) co_return;
-    sent_in_a_row_ = 0;
-    co_await asio::post(socket_.get_executor(), into(error));
+asio::awaitable<std::size_t> TcpCarrier::write(asio::const_buffer bytes, error_code& error) {
+    return send(bytes, 0, error);
+}
+
+asio::awaitable<std::size_t> TcpCarrier::write_before_more(asio::const_buffer bytes, error_code& error) {
+    return send(bytes, MSG_MORE, error);
+}
+
+asio::awaitable<std::size_t> TcpCarrier::send(asio::const_buffer bytes, int flags, error_code& error) {
+    return move_out([socket = socket_.native_handle(), bytes,
+                     flags] { return ::send(socket, bytes.data(), bytes.size(), flags | MSG_NOSIGNAL); },
+                    error);
 }
 
 asio::awaitable<std::size_t> TcpCarrier::send_file(int file, std::uint64_t offset, std::size_t count,
                                                    error_code& error) {
-    while (!error) {
-        auto at = static_cast<off_t>(offset);
-        const ssize_t n = ::sendfile(socket_.native_handle(), file, &at, count);
-        if (n >= 0) {
-            co_await let_others(static_cast<std::size_t>(n), error);
-            co_return static_cast<std::size_t>(n);
-        }
-        const int why = errno;
-        co_await wait_for_room(socket_, why, error);
-    }
-    co_return 0;
+    return move_out(
+        [socket = socket_.native_handle(), file, offset, count] {
+            auto at = static_cast<off_t>(offset);
+            return ::sendfile(socket, file, &at, count);
+        },
+        error);
+}
+
+// A fast reader would never make us wait: the other connections of this thread have their turn nevertheless.
+bool TcpCarrier::is_long_turn(std::size_t sent) {
+    sent_in_a_row_ += sent;
+    if (sent_in_a_row_ < kMostInARow) return false;
+    sent_in_a_row_ = 0;
+    return true;
 }
 
 asio::awaitable<void> TcpCarrier::finish() {

@@ -79,7 +79,9 @@ class TcpCarrier final : public Carrier {
 
  private:
     asio::awaitable<std::size_t> send(asio::const_buffer bytes, int flags, error_code& error);
-    asio::awaitable<void> let_others(std::size_t sent, error_code& error);
+    template <typename Call>
+    asio::awaitable<std::size_t> move_out(Call call, error_code& error);
+    bool is_long_turn(std::size_t sent);
 
     Socket socket_;
     std::size_t sent_in_a_row_ = 0;  // without having waited

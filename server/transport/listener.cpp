@@ -37,9 +37,9 @@ std::size_t Admission::connections() const {
     return total_;
 }
 
-Listener::Listener(asio::io_context& io, const PeerContext& context, Admission& admission, Make make, Bytes refusal)
-    : io_(io),
-      strand_(io.get_executor()),
+Listener::Listener(Workers& workers, const PeerContext& context, Admission& admission, Make make, Bytes refusal)
+    : workers_(workers),
+      strand_(workers.first().get_executor()),
       acceptor_(strand_),
       retry_(strand_),
       context_(context),
@@ -49,7 +49,7 @@ Listener::Listener(asio::io_context& io, const PeerContext& context, Admission& 
 
 Result<protocol::HostPort> Listener::listen(const protocol::HostPort& address) {
     error_code error;
-    tcp::resolver resolver(io_);
+    tcp::resolver resolver(workers_.first());
     const auto found = resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::passive, error);
     if (error) return listen_error(address, error);
     const tcp::endpoint endpoint = *found.begin();
@@ -80,7 +80,7 @@ void Listener::stop() {
 
 asio::awaitable<void> Listener::accept_loop() {
     while (acceptor_.is_open()) {
-        Socket socket{Strand(io_.get_executor())};
+        Socket socket{Strand(workers_.next().get_executor())};
         tcp::endpoint from;
         error_code error;
         co_await acceptor_.async_accept(socket, from, into(error));

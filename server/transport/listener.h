@@ -14,6 +14,7 @@
 #include "server/model_source.h"
 #include "server/protocol/address.h"
 #include "server/transport/carrier.h"
+#include "server/transport/workers.h"
 
 namespace mvw::server {
 
@@ -61,9 +62,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
     using Make =
         std::function<std::shared_ptr<Connection>(Socket socket, std::string name, std::function<void()> on_end)>;
 
-    /// `refusal` is what a peer over a limit is told, as far as one write takes it; may be empty. `io`, `context` and
-    /// `admission` outlive the listener.
-    Listener(asio::io_context& io, const PeerContext& context, Admission& admission, Make make, Bytes refusal);
+    /// `refusal` is what a peer over a limit is told, as far as one write takes it; may be empty. `workers`, `context`
+    /// and `admission` outlive the listener.
+    Listener(Workers& workers, const PeerContext& context, Admission& admission, Make make, Bytes refusal);
 
     /// Starts to accept; port 0 lets the system choose. Io where the address cannot be had.
     Result<protocol::HostPort> listen(const protocol::HostPort& address);
@@ -71,6 +72,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
     void drain();
     /// Closes everything at once.
     void stop();
+    /// Lets go of connections that could not be ended. Once no thread runs any more.
+    void forget() { connections_.clear(); }
 
  private:
     asio::awaitable<void> accept_loop();
@@ -79,7 +82,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
     void release(const asio::ip::address& address, std::uint64_t key);
     void stop_accepting();
 
-    asio::io_context& io_;
+    Workers& workers_;
     Strand strand_;  // all that follows is touched on it alone once listen() has returned
     asio::basic_socket_acceptor<tcp, Strand> acceptor_;
     Timer retry_;

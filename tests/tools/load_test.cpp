@@ -14,7 +14,7 @@ TEST(LoadBench, MeasuresThroughputFirstChunksAndIdleMemory) {
     const test::TemporaryFolder folder;
     folder.put("a.mvw", test::make_stream_file({.payload_bytes = 5000}));
     const ProgramRun run = run_mvw({"bench", "load", folder.path(), "--idle", "300", "--clients", "4", "--streams",
-                                    "50", "--seconds", "0.3", "--json"});
+                                    "50", "--seconds", "0.3", "--rounds", "1", "--json"});
     ASSERT_EQ(run.exit_code, 0) << run.errors;
     const auto rows = nlohmann::json::parse(run.out)["measures"];
     EXPECT_GE(rows.size(), 4u);

@@ -21,6 +21,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <thread>
@@ -135,13 +136,21 @@ Result<double> idle_megabytes(const Served& server, std::size_t count) {
 // --- HTTP throughput ---
 
 struct Throughput {
-    std::uint64_t bytes = 0, answers = 0, failures = 0;
+    std::uint64_t bytes = 0, failures = 0;
+    std::vector<std::uint64_t> answers;  // of each client
     double seconds = 0;
+    [[nodiscard]] double megabytes_per_second() const { return static_cast<double>(bytes) / seconds / 1e6; }
+    /// What the client that got least got, of the mean; percent.
+    [[nodiscard]] double least_share() const {
+        const auto sum = static_cast<double>(std::accumulate(answers.begin(), answers.end(), std::uint64_t{0}));
+        const auto least = static_cast<double>(*std::min_element(answers.begin(), answers.end()));
+        return 100 * least * static_cast<double>(answers.size()) / std::max(1.0, sum);
+    }
 };
 
 // File after file over one connection until the time is up.
 asio::awaitable<void> ask_on(asio::io_context& io, std::uint16_t port, const std::vector<std::string>& paths,
-                             Clock::time_point until, Throughput& total) {
+                             Clock::time_point until, std::size_t client, Throughput& total) {
     tcp::socket socket(io);
     error_code error;
     co_await socket.async_connect(loopback(port), into(error));
@@ -167,7 +176,7 @@ asio::awaitable<void> ask_on(asio::io_context& io, std::uint16_t port, const std
         }
         if (error) break;
         total.bytes += length;
-        ++total.answers;
+        ++total.answers[client];
     }
     if (Clock::now() < until) ++total.failures;
 }
@@ -175,11 +184,12 @@ asio::awaitable<void> ask_on(asio::io_context& io, std::uint16_t port, const std
 Throughput throughput(std::uint16_t port, const std::vector<std::string>& paths, const LoadOptions& options) {
     asio::io_context io;
     Throughput total;
+    total.answers.resize(options.clients);
     const Clock::time_point begun = Clock::now();
     const auto until = begun + std::chrono::microseconds(static_cast<std::int64_t>(options.seconds * 1e6));
     for (std::size_t i = 0; i < options.clients; ++i)
         asio::co_spawn(
-            io, [&] { return ask_on(io, port, paths, until, total); }, asio::detached);
+            io, [&, i] { return ask_on(io, port, paths, until, i, total); }, asio::detached);
     io.run();
     total.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
     return total;
@@ -295,6 +305,12 @@ void soak_for(const Served& server, const std::vector<std::string>& models, std:
     }
 }
 
+// Leaves them in order.
+double median(std::vector<double>& values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
 void add(Table& table, const std::string& measure, const std::string& value, const std::string& unit,
          const std::string& aim) {
     table.rows.push_back({measure, value, unit, aim});
@@ -306,30 +322,35 @@ Result<void> compare_throughput(const Served& server, const std::vector<std::str
     for (const std::string& m : models) paths.push_back("/models/" + m + ".mvw");
     std::string scratch = (fs::temp_directory_path() / "mvw_load_XXXXXX").string();
     if (::mkdtemp(scratch.data()) == nullptr) return Error{Errc::Io, 0, "no temporary folder can be made"};
-    const bool has_nginx = fs::exists(options.nginx);
-    double ours = 0, theirs = 0;
-    {
-        std::optional<std::pair<BackgroundProcess, std::uint16_t>> nginx;
-        if (has_nginx) {
-            auto started = start_nginx(options, scratch);
-            if (!started) return started.error();
-            nginx.emplace(std::move(started).value());
-        }
-        for (int round = 0; round < 2; ++round) {  // in turn, the better of two: neighbours on the machine disturb
-            const Throughput a = throughput(server.http_port, paths, options);
-            if (a.failures > 0) return Error{Errc::Io, 0, "mvw serve closed a connection under load"};
-            ours = std::max(ours, static_cast<double>(a.bytes) / a.seconds / 1e6);
-            if (!nginx) continue;
-            const Throughput b = throughput(nginx->second, paths, options);
-            theirs = std::max(theirs, static_cast<double>(b.bytes) / b.seconds / 1e6);
-        }
+    std::optional<std::pair<BackgroundProcess, std::uint16_t>> nginx;
+    if (fs::exists(options.nginx)) {
+        auto started = start_nginx(options, scratch);
+        if (!started) return started.error();
+        nginx.emplace(std::move(started).value());
     }
+    // In turn, as neighbours on the machine disturb: a share is of two runs that follow each other.
+    std::vector<double> ours, theirs, shares, least;
+    for (std::size_t round = 0; round < options.rounds; ++round) {
+        const Throughput a = throughput(server.http_port, paths, options);
+        if (a.failures > 0) return Error{Errc::Io, 0, "mvw serve closed a connection under load"};
+        ours.push_back(a.megabytes_per_second());
+        least.push_back(a.least_share());
+        if (!nginx) continue;
+        theirs.push_back(throughput(nginx->second, paths, options).megabytes_per_second());
+        shares.push_back(100 * ours.back() / theirs.back());
+    }
+    const bool has_nginx = nginx.has_value();
+    nginx.reset();
     std::error_code ignored;
     fs::remove_all(scratch, ignored);
-    add(table, "HTTP throughput", fmt::format("{:.1f}", ours), "MB/s", "");
+    const std::string of = fmt::format(", median of {}", options.rounds);
+    add(table, "HTTP throughput" + of, fmt::format("{:.1f}", median(ours)), "MB/s", "");
+    add(table, "share of the mean that the client with least gets", fmt::format("{:.1f}", median(least)), "%", "");
     if (!has_nginx) return {};
-    add(table, "HTTP throughput of nginx", fmt::format("{:.1f}", theirs), "MB/s", "");
-    add(table, "share of nginx", fmt::format("{:.1f}", 100 * ours / theirs), "%", "90 or more");
+    add(table, "HTTP throughput of nginx" + of, fmt::format("{:.1f}", median(theirs)), "MB/s", "");
+    add(table, "share of nginx" + of, fmt::format("{:.1f}", median(shares)), "%", "90 or more");
+    add(table, "share of nginx, least and most", fmt::format("{:.1f} to {:.1f}", shares.front(), shares.back()), "%",
+        "");
     return {};
 }
 

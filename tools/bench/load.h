@@ -13,13 +13,15 @@ struct LoadOptions {
     std::string folder;                     // of .mvw files
     std::size_t idle = 10'000;              // connections of the native protocol that say HELLO and nothing more
     std::size_t clients = 64;               // of HTTP at once, each asking for file after file
-    std::size_t streams = 500;              // of the native protocol at once
-    double seconds = 5;                     // of each throughput run
+    std::size_t streams = 2000;             // of the native protocol at once
+    double seconds = 3;                     // of each throughput run
+    std::size_t rounds = 7;                 // throughput runs of each server
     std::string nginx = "/usr/sbin/nginx";  // not measured where it is not there
 };
 
 /// Rows of measure, value, unit, aim: memory for idle connections; HTTP throughput of mvw serve and of nginx with the
-/// same files in turn; median and p99 of the time from connecting to the first chunk, all streams at once.
+/// same files, medians of runs in turn; what the client that got least got; median and p99 of the time from connecting
+/// to the first chunk, all streams at once.
 Result<Table> run_load(const LoadOptions& options);
 
 struct SoakOptions {

@@ -116,12 +116,15 @@ void bench_load(const LoadArguments& arguments) {
 void add_load(CLI::App& bench) {
     auto arguments = std::make_shared<LoadArguments>();
     CLI::App* command = bench.add_subcommand("load", "Measures mvw serve in a crowd, beside nginx with the same files");
-    command->footer("Example: mvw bench load models --clients 64 --streams 2000");
+    command->footer("Example: mvw bench load models --clients 64 --rounds 7");
     command->add_option("DIR", arguments->options.folder, "Folder of .mvw files")->required();
     command->add_option("--idle", arguments->options.idle, "Idle connections")->capture_default_str();
     command->add_option("--clients", arguments->options.clients, "HTTP connections at once")->capture_default_str();
     command->add_option("--streams", arguments->options.streams, "Streams at once")->capture_default_str();
     command->add_option("--seconds", arguments->options.seconds, "Of each throughput run")->capture_default_str();
+    command->add_option("--rounds", arguments->options.rounds, "Throughput runs of each server")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
     command->add_option("--nginx", arguments->options.nginx, "The other server")->capture_default_str();
     command->add_flag("--json", arguments->json, "One JSON object: measures, a list of one object per figure");
     command->callback([arguments] { bench_load(*arguments); });
