@@ -371,7 +371,9 @@ Result<Table> run_load(const LoadOptions& options) {
     add(table, fmt::format("first chunk, median of {} streams", times.size()),
         fmt::format("{:.1f}", 1000 * times[times.size() / 2]), "ms", "");
     add(table, "first chunk, p99", fmt::format("{:.1f}", 1000 * times[times.size() * 99 / 100]), "ms", "");
-    const auto idle = idle_megabytes(*server, options.idle);
+    const auto rested = Served::start(options.folder);  // has no memory left of what went before
+    if (!rested) return rested.error();
+    const auto idle = idle_megabytes(*rested, options.idle);
     if (!idle) return idle.error();
     add(table, fmt::format("memory of {} idle connections", options.idle), fmt::format("{:.1f}", *idle), "MB",
         "200 or less for 10000");
