@@ -8,6 +8,7 @@
 #include <hwy/foreach_target.h>
 // Highway's own headers come after foreach_target.h.
 #include "codec/transform/patch/kernels-inl.h"
+#include "codec/transform/patch/listed_kernels-inl.h"
 #include "codec/transform/patch/run_kernels-inl.h"
 #include "codec/transform/patch/surface_kernels-inl.h"
 
@@ -177,10 +178,13 @@ void deinterleave(const Layout& fine, const float* fine_v, const Layout& coarse,
 
 template <int W>
 Kernels table_of() {
-    return {lift<W>,       predict<W>,    predict_along_normal<W>, normals<W>,      shape<W>,
-            turn<W>,       interleave<W>, deinterleave<W>,         load_runs<W>,    store_runs<W>,
-            copy<W>,       add_back<W>,   load_points<W>,          store_points<W>, clear_points<W>,
-            lift_listed<W>};
+    return {lift<W>,         predict<W>,     predict_along_normal<W>, normals<W>,     shape<W>,
+            turn<W>,         interleave<W>,  deinterleave<W>,         load_runs<W>,   store_runs<W>,
+            copy<W>,         add_back<W>,    add_back_some<W>,        load_points<W>, store_points<W>,
+            clear_points<W>, lift_listed<W>, predict_listed<W>};
+}
+Kernels table16() {
+    return table_of<16>();
 }
 Kernels table8() {
     return table_of<8>();
@@ -192,6 +196,11 @@ Kernels table1() {
     return table_of<1>();
 }
 
+/// Of the machine's widest vector.
+unsigned widest() {
+    return static_cast<unsigned>(hn::Lanes(hn::ScalableTag<float>()));
+}
+
 }  // namespace mvw::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -200,9 +209,11 @@ namespace mvw {
 
 namespace {
 
+HWY_EXPORT(table16);
 HWY_EXPORT(table8);
 HWY_EXPORT(table4);
 HWY_EXPORT(table1);
+HWY_EXPORT(widest);
 
 struct Slot {
     EdgePlane plane;
@@ -262,9 +273,14 @@ LiftProgram make_lift_program(const Layout& layout) {
 }
 
 const Kernels& kernels(unsigned lanes) {
-    static const Kernels eight = HWY_DYNAMIC_DISPATCH(table8)(), four = HWY_DYNAMIC_DISPATCH(table4)(),
-                         one = HWY_DYNAMIC_DISPATCH(table1)();
-    return lanes == 8 ? eight : lanes == 4 ? four : one;
+    static const Kernels sixteen = HWY_DYNAMIC_DISPATCH(table16)(), eight = HWY_DYNAMIC_DISPATCH(table8)(),
+                         four = HWY_DYNAMIC_DISPATCH(table4)(), one = HWY_DYNAMIC_DISPATCH(table1)();
+    return lanes == 16 ? sixteen : lanes == 8 ? eight : lanes == 4 ? four : one;
+}
+
+unsigned lanes_for(std::uint32_t faces) {
+    static const bool wide = HWY_DYNAMIC_DISPATCH(widest)() >= 16;
+    return wide && faces > 64 ? 16 : faces > 4 ? 8 : faces > 2 ? 4 : 1;
 }
 
 }  // namespace mvw

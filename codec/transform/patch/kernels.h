@@ -43,18 +43,41 @@ struct Copy {
     std::uint32_t to, from;
 };
 
-/// A vertex that listed edges lift, and where its sources end; the weight of one of them.
+/// An edge whose stencils are lists: it touches a base vertex, or a boundary or crease. Its detail lies apart while the
+/// lift and the prediction run. The vertices of its prediction follow those of the edge before, its ends first where it
+/// is `projected`.
+struct ListedEdge {
+    std::uint32_t edge;           // offset of its detail within the owner's group
+    std::uint32_t last_vertex;    // of the plan's listed_vertices
+    std::uint32_t weights : 31;   // where they begin; edges of one kind share them
+    std::uint32_t projected : 1;  // SeededNormal speaks along the normal here
+};
+/// What the position and the shape component of a vertex count for.
+struct ListedWeight {
+    float position, shape;
+};
+/// A vertex that listed edges lift. Its sources, listed edges, follow those of the target before.
 struct LiftTarget {
     std::uint32_t vertex;
     std::uint32_t last_source;
-};
-struct LiftSource {
-    std::uint32_t listed;  // which edge
-    float weight;
+    std::uint32_t weights;  // where they begin; targets of one kind share them
 };
 /// The detail of a listed edge, as wide as a vector.
 struct alignas(16) ListedDetail {
     float x = 0, y = 0, z = 0, unused = 0;
+};
+/// Where the lists of a patch are: its edges or targets, from whose first vertex or source on.
+struct ListedEdges {
+    std::span<const ListedEdge> edges;
+    const std::uint32_t* vertices;
+    std::uint32_t first_vertex;
+    const ListedWeight* weights;
+};
+struct LiftTargets {
+    std::span<const LiftTarget> targets;
+    const std::uint32_t* sources;
+    std::uint32_t first_source;
+    const float* weights;
 };
 
 /// Pointers are to one group. Ghosts of vertices that a kernel reads must be filled. Listed edges, base vertices and
@@ -89,16 +112,24 @@ struct Kernels {
     /// to[c.to] = from[c.from] of each copy, all three components; to[c.from] += from[c.to].
     void (*copy)(std::span<const Copy> copies, const float* from, float* to);
     void (*add_back)(std::span<const Copy> copies, const float* from, float* to);
+    /// v[c.from] += v[c.to] of some of the copies.
+    void (*add_back_some)(std::span<const std::uint32_t> which, const Copy* copies, float* v);
     /// The points at these places from an array and back; zero.
     void (*load_points)(std::span<const std::uint32_t> places, const Vec3f* from, float* to);
     void (*store_points)(std::span<const std::uint32_t> places, const float* from, Vec3f* to);
     void (*clear_points)(std::span<const std::uint32_t> places, float* to);
-    /// v += sign * sum of w d for these targets, whose sources start at `source`.
-    void (*lift_listed)(std::span<const LiftTarget> targets, std::span<const LiftSource> sources, std::uint32_t source,
-                        const ListedDetail* listed, float sign, float* v);
+    /// Listed edges; pointers are to all groups. v += sign * sum of w d.
+    void (*lift_listed)(const LiftTargets& lists, const ListedDetail* listed, float sign, float* v);
+    /// Each d += sign * P(v, shape), along the normal alone where so; `shape` and `normals` may be null.
+    void (*predict_listed)(const ListedEdges& lists, float sign, const float* v, const float* shape,
+                           const float* normals, ListedDetail* listed);
 };
 
-/// For this machine and groups of so many lanes (8, 4 or 1).
+/// For this machine and groups of so many lanes (16, 8, 4 or 1).
 const Kernels& kernels(unsigned lanes);
+
+/// Lanes of the groups that a base of so many faces is cut into: as wide as the machine's vectors where idle lanes cost
+/// little memory.
+unsigned lanes_for(std::uint32_t faces);
 
 }  // namespace mvw

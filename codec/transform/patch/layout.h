@@ -12,7 +12,7 @@ namespace mvw {
 
 enum EdgePlane : std::uint8_t { kH = 0, kV = 1, kD = 2 };
 
-/// Patches lie side by side in the lanes of vectors: a group of `lanes` patches (8, 4 or 1) holds each of its grid
+/// Patches lie side by side in the lanes of vectors: a group of `lanes` patches (16, 8, 4 or 1) holds each of its grid
 /// points once for all of them, x of every lane, then y, then z. So all patches of a group share every offset, whatever
 /// their size, vectors are full on the coarsest level too, and no lane ever needs its neighbour's.
 ///
@@ -88,11 +88,6 @@ class GridTopology {
     BaseMesh base_;
     std::vector<std::pair<std::uint32_t, unsigned>> corner_owner_;
 };
-
-/// Lanes of the groups that a base of so many faces is cut into: few enough that idle lanes cost little memory.
-constexpr unsigned lanes_for(std::uint32_t faces) {
-    return faces > 4 ? 8 : faces > 2 ? 4 : 1;
-}
 
 /// Barycentric coordinates over the face's corners, sum n.
 using Barycentric = std::array<int, 3>;

@@ -28,9 +28,9 @@ Vec3f copy_out(const float* from, unsigned lanes) {
 
 /// The lanes' runs of one level within a hierarchical array.
 template <typename Float, typename Vec>
-std::array<Float*, 8> runs_of(const GridTopology& topology, unsigned level, std::uint32_t first_face, unsigned used,
-                              Vec* array) {
-    std::array<Float*, 8> runs{};
+std::array<Float*, 16> runs_of(const GridTopology& topology, unsigned level, std::uint32_t first_face, unsigned used,
+                               Vec* array) {
+    std::array<Float*, 16> runs{};
     for (unsigned lane = 0; lane < used; ++lane)
         runs[lane] = &array[face_run(topology.base(), level, first_face + lane)].x;
     return runs;
@@ -59,8 +59,9 @@ void PatchTransform::State::visit_sides(const LevelPlan& plan, std::uint32_t g, 
     }
 }
 
-void PatchTransform::State::load_details(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, float* d) const {
-    d += edges_of(plan, g);
+void PatchTransform::State::load_details(const LevelPlan& plan, std::uint32_t g, const Vec3f* from,
+                                         Field& field) const {
+    float* d = details_of(field, plan, g);
     const auto runs = runs_of<const float>(topology_, plan.level + 1, g * lanes_, used(g), from);
     kernels().load_runs(plan.detail_places, runs.data(), used(g), d);
     each_patch(g, [&](std::uint32_t f) {
@@ -76,8 +77,8 @@ void PatchTransform::State::load_details(const LevelPlan& plan, std::uint32_t g,
     });
 }
 
-void PatchTransform::State::store_details(const LevelPlan& plan, std::uint32_t g, const float* d, Vec3f* to) const {
-    d += edges_of(plan, g);
+void PatchTransform::State::store_details(const LevelPlan& plan, std::uint32_t g, Field& field, Vec3f* to) const {
+    const float* d = details_of(field, plan, g);
     const auto runs = runs_of<float>(topology_, plan.level + 1, g * lanes_, used(g), to);
     kernels().store_runs(plan.detail_places, runs.data(), used(g), d);
     each_patch(g, [&](std::uint32_t f) {

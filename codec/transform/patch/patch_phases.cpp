@@ -20,8 +20,9 @@ void add_to(ListedDetail& d, const Vec3f& more) {
     d.y += more.y;
     d.z += more.z;
 }
-std::span<const Copy> of_patch(const std::vector<Copy>& copies, const PatchRuns& first, std::uint32_t f) {
-    return std::span(copies).subspan(first[f], first[f + 1] - first[f]);
+template <typename Row>
+std::span<const Row> of_patch(const std::vector<Row>& rows, const PatchRuns& first, std::uint32_t f) {
+    return std::span(rows).subspan(first[f], first[f + 1] - first[f]);
 }
 
 }  // namespace
@@ -49,14 +50,7 @@ void PatchTransform::State::collect(const LevelPlan& plan, std::uint32_t f, floa
         if (next.owned) kernels().add_back(plan.side_vertices[next.side][s], other, own);
         kernels().add_back(plan.ghosts[next.side][s], other, own);
     }
-    kernels().add_back(of_patch(plan.collected_fixes, plan.first_collected_fix, f), v, v);
-}
-
-void PatchTransform::State::lift_listed(const LevelPlan& plan, std::uint32_t f, const Field& field, float sign,
-                                        float* v) const {
-    const std::uint32_t first = plan.first_target[f], last = plan.first_target[f + 1];
-    kernels().lift_listed(std::span(plan.targets).subspan(first, last - first), plan.sources,
-                          first == 0 ? 0 : plan.targets[first - 1].last_source, field.listed.data(), sign, v);
+    kernels().add_back_some(of_patch(plan.collected_fixes, plan.first_collected_fix, f), plan.fixes.data(), v);
 }
 
 void PatchTransform::State::fold_boundary(const LevelPlan& plan, std::uint32_t f, float* v) const {
@@ -129,29 +123,30 @@ void PatchTransform::State::set_sharp_shapes(const LevelPlan& plan, std::uint32_
 }
 
 void PatchTransform::State::hide_listed(const LevelPlan& plan, std::uint32_t f, Field& field) const {
+    float* d = details_of(field, plan, f / lanes_);
     for (std::uint32_t e = plan.first_listed[f]; e < plan.first_listed[f + 1]; ++e) {
-        float* at = field.details.data() + plan.listed[e].edge;
-        const Vec3f d = get(at, lanes_);
-        field.listed[e] = {d.x, d.y, d.z};
+        float* at = d + plan.listed[e].edge;
+        const Vec3f detail = get(at, lanes_);
+        field.listed[e] = {detail.x, detail.y, detail.z};
         put(at, lanes_, {});
     }
 }
 
 void PatchTransform::State::show_listed(const LevelPlan& plan, std::uint32_t f, Field& field) const {
+    float* d = details_of(field, plan, f / lanes_);
     for (std::uint32_t e = plan.first_listed[f]; e < plan.first_listed[f + 1]; ++e)
-        put(field.details.data() + plan.listed[e].edge, lanes_,
-            {field.listed[e].x, field.listed[e].y, field.listed[e].z});
+        put(d + plan.listed[e].edge, lanes_, {field.listed[e].x, field.listed[e].y, field.listed[e].z});
 }
 
 /// On sides that others own.
-void PatchTransform::State::zero_foreign(const LevelPlan& plan, std::uint32_t f, float* d) const {
-    float* own = d + plan.patch_edges(f);
+void PatchTransform::State::zero_foreign(const LevelPlan& plan, std::uint32_t f, Field& field) const {
+    float* own = details_of(field, plan, f / lanes_) + f % lanes_;
     for (unsigned s = 0; s < 3; ++s)
         if (!link(f, s).owned) kernels().clear_points(plan.side_edges[s], own);
 }
 
-void PatchTransform::State::lift(const LevelPlan& plan, std::uint32_t g, const Field& field, float sign,
-                                 const float* in, float* out) {
+void PatchTransform::State::lift(const LevelPlan& plan, std::uint32_t g, Field& field, float sign, const float* in,
+                                 float* out) {
     const std::size_t at = vertices_of(plan, g);
     if (lazy_) {
         if (in != out) std::memcpy(out + at, in + at, plan.layout.vertex_floats * sizeof(float));
@@ -160,12 +155,12 @@ void PatchTransform::State::lift(const LevelPlan& plan, std::uint32_t g, const F
     FloatWeights w = weights_.lift;
     w.ends *= sign, w.opp *= sign, w.wings *= sign, w.far *= sign;
     kernels().lift(plan.layout, plan.lift_program, w, 1, &keep_[std::size_t{g} * kKeepCount * lanes_],
-                   field.details.data() + edges_of(plan, g), in + at, out + at);
+                   details_of(field, plan, g), in + at, out + at);
 }
 
 void PatchTransform::State::predict(const LevelPlan& plan, std::uint32_t g, const float* v, float sign) {
     const std::size_t at = vertices_of(plan, g);
-    float* d = positions_.details.data() + edges_of(plan, g);
+    float* d = details_of(positions_, plan, g);
     const float* shape = seeded_ ? shapes_.data() + at : nullptr;
     if (projected_)
         kernels().predict_along_normal(plan.layout, weights_.position, weights_.shape, sign, v + at, shape,
@@ -176,25 +171,11 @@ void PatchTransform::State::predict(const LevelPlan& plan, std::uint32_t g, cons
 }
 
 void PatchTransform::State::predict_listed(const LevelPlan& plan, std::uint32_t f, const float* v, float sign) {
-    std::uint32_t term = plan.first_listed[f] == 0 ? 0 : plan.listed[plan.first_listed[f] - 1].last_term;
-    for (std::uint32_t e = plan.first_listed[f]; e < plan.first_listed[f + 1]; ++e) {
-        const ListedEdge& edge = plan.listed[e];
-        Vec3f P;
-        for (; term < edge.last_term; ++term) {
-            const ListedTerm& t = plan.terms[term];
-            P += get(v + t.vertex, lanes_) * t.position;
-            if (seeded_) P += get(shapes_.data() + t.vertex, lanes_) * t.shape;
-        }
-        if (projected_ && edge.projected) {
-            const float *a = v + edge.ends[0], *b = v + edge.ends[1];
-            const Vec3f m = (get(a, lanes_) + get(b, lanes_)) * 0.5f;
-            const Vec3f n =
-                normalized(get(normals_.data() + edge.ends[0], lanes_) + get(normals_.data() + edge.ends[1], lanes_));
-            P = m + n * dot(n, P - m);
-        }
-        add_to(positions_.listed[e], P * sign);
-        put(positions_.details.data() + edge.edge, lanes_, {});  // where the kernel predicted too
-    }
+    const ListedEdges lists = plan.listed_edges(f);
+    kernels().predict_listed(lists, sign, v, seeded_ ? shapes_.data() : nullptr, projected_ ? normals_.data() : nullptr,
+                             &positions_.listed[plan.first_listed[f]]);
+    float* d = details_of(positions_, plan, f / lanes_);
+    for (const ListedEdge& edge : lists.edges) put(d + edge.edge, lanes_, {});  // where the kernel predicted too
 }
 
 /// The vector transform's second component: d_x += sign * (second component of the odd rule on [v, 0]), and
@@ -202,27 +183,29 @@ void PatchTransform::State::predict_listed(const LevelPlan& plan, std::uint32_t 
 void PatchTransform::State::predict_second(const LevelPlan& plan, std::uint32_t g, const float* v, float* x,
                                            float sign) {
     const std::size_t at = vertices_of(plan, g);
-    kernels().predict(plan.layout, FloatWeights(kVectorShape), {}, sign, v + at, nullptr,
-                      second_.details.data() + edges_of(plan, g));
+    kernels().predict(plan.layout, FloatWeights(kVectorShape), {}, sign, v + at, nullptr, details_of(second_, plan, g));
     const auto even = static_cast<float>(4 * kVectorEven) * sign;
     for (std::size_t i = at; i < at + plan.layout.vertex_floats; ++i) x[i] += even * shapes_.data()[i];
     each_patch(g, [&](std::uint32_t f) { predict_second_listed(plan, f, v, sign); });
 }
 
 void PatchTransform::State::predict_second_listed(const LevelPlan& plan, std::uint32_t f, const float* v, float sign) {
-    std::uint32_t term = plan.first_listed[f] == 0 ? 0 : plan.listed[plan.first_listed[f] - 1].last_term;
-    for (std::uint32_t e = plan.first_listed[f]; e < plan.first_listed[f + 1]; ++e) {
+    const ListedEdges lists = plan.listed_edges(f);
+    const std::uint32_t* vertex = lists.vertices + lists.first_vertex;
+    ListedDetail* listed = &second_.listed[plan.first_listed[f]];
+    for (const ListedEdge& edge : lists.edges) {
         Vec3f P;
-        for (; term < plan.listed[e].last_term; ++term)
-            P += get(v + plan.terms[term].vertex, lanes_) * plan.terms[term].shape;
-        add_to(second_.listed[e], P * sign);
-        put(second_.details.data() + plan.listed[e].edge, lanes_, {});
+        for (const ListedWeight* w = lists.weights + edge.weights; vertex != lists.vertices + edge.last_vertex; ++w)
+            P += get(v + *vertex++, lanes_) * w->shape;
+        add_to(*listed++, P * sign);
+        put(details_of(second_, plan, f / lanes_) + edge.edge, lanes_, {});
     }
 }
 
 /// Loop's even rule on sharp sides and at base vertices, worked out before the kernel spoils them.
 void PatchTransform::State::loop_specials(const LevelPlan& plan, std::uint32_t f, bool inverse, const float* v) {
-    const float *own = v + plan.patch_vertices(f), *all = positions_.details.data(), *d = all + plan.patch_edges(f);
+    const float *own = v + plan.patch_vertices(f), *all = positions_.details.data();
+    const float* d = details_of(positions_, plan, f / lanes_) + f % lanes_;
     const std::size_t block = std::size_t{1} << (levels_ - 1);
     for (unsigned s = 0; s < 3; ++s) {
         Vec3f* special = &loop_specials_[(std::size_t{3} * f + s) * block];
@@ -265,7 +248,7 @@ void PatchTransform::State::loop_even(const LevelPlan& plan, std::uint32_t g, bo
     FloatWeights w;
     w.ends = inverse ? -0.25f : 0.1f;
     kernels().lift(plan.layout, plan.lift_program, w, inverse ? 2.5f : 0.4f,
-                   &keep_[std::size_t{g} * kKeepCount * lanes_], positions_.details.data() + edges_of(plan, g),
+                   &keep_[std::size_t{g} * kKeepCount * lanes_], details_of(positions_, plan, g),
                    in + vertices_of(plan, g), out + vertices_of(plan, g));
 }
 

@@ -33,6 +33,8 @@ struct PatchTransform::State {
     /// time. False where that cannot be used, and all is to be done.
     bool restrict_to(std::span<const std::uint32_t> faces, unsigned first_level, unsigned level);
     void restrict_to_nothing() { active_.all = true; }
+    void use_synthesis_slots() { slots_ = &synthesis_slots_; }
+    void use_analysis_slots() { slots_ = &analysis_slots_; }
 
     [[nodiscard]] unsigned levels() const { return levels_; }
     [[nodiscard]] std::size_t vertex_count(unsigned level) const {
@@ -52,7 +54,7 @@ struct PatchTransform::State {
         std::vector<Floats> lifted;   // updates only: apart, so that both are held
         Floats shares;                // updates only: the lift before it is known to be all there
         Floats evens;                 // Loop only: vertices after the even rule
-        Floats details;
+        Floats details;               // of the groups at work (details_of)
         std::vector<ListedDetail> listed;  // details of listed edges while they lie apart
     };
     /// What lies across a side of a patch.
@@ -75,14 +77,13 @@ struct PatchTransform::State {
     // Phases (patch_phases.cpp), for patch f of the step that `plan` describes.
     void copy_ghosts(const LevelPlan& plan, std::uint32_t f, const float* from, float* to) const;
     void collect(const LevelPlan& plan, std::uint32_t f, float* v) const;
-    void lift_listed(const LevelPlan& plan, std::uint32_t f, const Field& field, float sign, float* v) const;
     void fold_boundary(const LevelPlan& plan, std::uint32_t f, float* v) const;
     void corner_normals(const LevelPlan& plan, std::uint32_t f, const float* v);
     void corner_shapes(const LevelPlan& plan, std::uint32_t f, const float* v);
     void set_sharp_shapes(const LevelPlan& plan, std::uint32_t f, const float* v);
     void hide_listed(const LevelPlan& plan, std::uint32_t f, Field& field) const;
     void show_listed(const LevelPlan& plan, std::uint32_t f, Field& field) const;
-    void zero_foreign(const LevelPlan& plan, std::uint32_t f, float* d) const;
+    void zero_foreign(const LevelPlan& plan, std::uint32_t f, Field& field) const;
     void predict_listed(const LevelPlan& plan, std::uint32_t f, const float* v, float sign);
     void predict_second_listed(const LevelPlan& plan, std::uint32_t f, const float* v, float sign);
     void loop_specials(const LevelPlan& plan, std::uint32_t f, bool inverse, const float* v);
@@ -90,14 +91,14 @@ struct PatchTransform::State {
     // The same for whole groups.
     void find_normals(const LevelPlan& plan, std::uint32_t g, float* v);
     void find_shapes(const LevelPlan& plan, std::uint32_t g, const float* v);
-    void lift(const LevelPlan& plan, std::uint32_t g, const Field& field, float sign, const float* in, float* out);
+    void lift(const LevelPlan& plan, std::uint32_t g, Field& field, float sign, const float* in, float* out);
     void predict(const LevelPlan& plan, std::uint32_t g, const float* v, float sign);
     void predict_second(const LevelPlan& plan, std::uint32_t g, const float* v, float* x, float sign);
     void loop_even(const LevelPlan& plan, std::uint32_t g, bool inverse, const float* in, float* out);
 
     // Between hierarchical arrays and groups (patch_io.cpp).
-    void load_details(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, float* d) const;
-    void store_details(const LevelPlan& plan, std::uint32_t g, const float* d, Vec3f* to) const;
+    void load_details(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, Field& field) const;
+    void store_details(const LevelPlan& plan, std::uint32_t g, Field& field, Vec3f* to) const;
     void load_vertices(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, float* v) const;
     void store_vertices(const LevelPlan& plan, std::uint32_t g, const float* v, Vec3f* to) const;
     template <typename Visit>
@@ -180,6 +181,7 @@ struct PatchTransform::State {
         const auto cut = [&](unsigned i) { return std::uint32_t(std::uint64_t{groups_} * i / workers.count()); };
         return {cut(w), cut(w + 1)};
     }
+    [[nodiscard]] bool finds_shapes() const { return seeded_ || options_.kind == TransformKind::Vector; }
     [[nodiscard]] std::uint32_t faces() const { return topology_.base().face_count(); }
     [[nodiscard]] bool sharp(std::uint32_t f, unsigned s) const { return sharp_[std::size_t{3} * f + s] != 0; }
     [[nodiscard]] const Kernels& kernels() const { return kernels_; }
@@ -187,8 +189,10 @@ struct PatchTransform::State {
     [[nodiscard]] static std::size_t vertices_of(const LevelPlan& plan, std::uint32_t g) {
         return std::size_t{g} * plan.layout.vertex_floats;
     }
-    [[nodiscard]] static std::size_t edges_of(const LevelPlan& plan, std::uint32_t g) {
-        return std::size_t{g} * plan.layout.edge_floats;
+    /// The group's details: in slots where groups go through all stages one soon after the other.
+    [[nodiscard]] float* details_of(Field& field, const LevelPlan& plan, std::uint32_t g) const {
+        const std::uint32_t slot = plan.level < kNearLevel ? g : (*slots_)[g];
+        return field.details.data() + std::size_t{slot} * plan.layout.edge_floats;
     }
     [[nodiscard]] static float* lifted(Field& field, const LevelPlan& plan) {
         return (field.lifted.empty() ? field.arrived : field.lifted)[plan.level].data();
@@ -197,9 +201,11 @@ struct PatchTransform::State {
     [[nodiscard]] float* lifting(Field& field, const LevelPlan& plan) const {
         return active_.all ? lifted(field, plan) : field.shares.data();
     }
-    void make_field(Field& field, bool updates) const;
+    void make_field(Field& field, bool updates, std::uint32_t slots) const;
     void find_groups_around();
     void choose_stages();
+    [[nodiscard]] std::uint32_t place_in_slots(const std::vector<Pipeline>& pipelines,
+                                               std::vector<std::uint32_t>& slots) const;
 
     GridTopology topology_;
     unsigned levels_, lanes_;
@@ -219,6 +225,8 @@ struct PatchTransform::State {
     GroupGraph around_;
     std::vector<Stage> synthesis_stages_, analysis_stages_;
     std::vector<Pipeline> synthesis_pipelines_, analysis_pipelines_;  // by worker
+    std::vector<std::uint32_t> synthesis_slots_, analysis_slots_;     // by group
+    const std::vector<std::uint32_t>* slots_ = nullptr;               // of the two, while that runs
     Active active_;
 };
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <numeric>
 
 #include "codec/transform/patch/patch_state.h"
 
@@ -44,11 +45,15 @@ PatchTransform::State::State(const BaseMesh& base, unsigned levels, const Transf
         }
     }
     if (levels == 0) return;
-    make_field(positions_, updates && rule_ != PredictRule::Loop);
-    if (options.kind == TransformKind::Vector) make_field(second_, false);
+    find_groups_around();
+    choose_stages();
+    const std::uint32_t slots = std::max(place_in_slots(synthesis_pipelines_, synthesis_slots_),
+                                         place_in_slots(analysis_pipelines_, analysis_slots_));
+    make_field(positions_, updates && rule_ != PredictRule::Loop, slots);
+    if (options.kind == TransformKind::Vector) make_field(second_, false, slots);
     const std::size_t floats = positions_.arrived.back().size();
     if (projected_ || options.local_frames) normals_ = Floats(floats);
-    if (seeded_ || options.kind == TransformKind::Vector) shapes_ = Floats(floats);
+    if (finds_shapes()) shapes_ = Floats(floats);
     if (rule_ == PredictRule::Loop) {
         positions_.evens = Floats(floats);
         loop_specials_.resize((std::size_t{3} * faces()) << (levels - 1));
@@ -57,11 +62,23 @@ PatchTransform::State::State(const BaseMesh& base, unsigned levels, const Transf
         for (Groups* groups :
              {&active_.details, &active_.arrived, &active_.handed, &active_.lift, &active_.shares, &active_.estimate})
             groups->resize(groups_);
-    find_groups_around();
-    choose_stages();
 }
 
-void PatchTransform::State::make_field(Field& field, bool updates) const {
+/// Chooses each group's slot of all workers'; returns how many there are. Loop reads details of groups around, which
+/// must stay: there each group has its own.
+std::uint32_t PatchTransform::State::place_in_slots(const std::vector<Pipeline>& pipelines,
+                                                    std::vector<std::uint32_t>& slots) const {
+    std::uint32_t count = 0;
+    for (const Pipeline& pipeline : pipelines) {
+        for (const std::uint32_t slot : pipeline.slots()) slots.push_back(count + slot);
+        count += pipeline.slot_count();
+    }
+    if (rule_ != PredictRule::Loop) return count;
+    std::iota(slots.begin(), slots.end(), 0u);
+    return groups_;
+}
+
+void PatchTransform::State::make_field(Field& field, bool updates, std::uint32_t slots) const {
     std::size_t listed = 0;
     for (const LevelPlan& plan : plans_) {
         field.arrived.emplace_back(std::size_t{groups_} * plan.layout.vertex_floats);
@@ -69,7 +86,9 @@ void PatchTransform::State::make_field(Field& field, bool updates) const {
         listed = std::max(listed, plan.listed.size());
     }
     if (updates) field.shares = field.lifted.back();
-    field.details = Floats(std::size_t{groups_} * plans_.back().layout.edge_floats);
+    const std::size_t near = std::min<std::size_t>(plans_.size(), kNearLevel) - 1;
+    field.details = Floats(std::max(std::size_t{groups_} * plans_[near].layout.edge_floats,
+                                    std::size_t{slots} * plans_.back().layout.edge_floats));
     field.listed.resize(listed);
 }
 
@@ -107,8 +126,8 @@ void PatchTransform::State::choose_stages() {
             {Turn, options_.local_frames},
             {Lift, true},
             {Collect, true},
-            {Corners, shapes_.size() != 0},
-            {Estimate, shapes_.size() != 0},
+            {Corners, finds_shapes()},
+            {Estimate, finds_shapes()},
             {Predict, true},
             {LoopEven, loop},
             {LoopCollect, loop}},
@@ -116,8 +135,8 @@ void PatchTransform::State::choose_stages() {
     choose({{Load, true},
             {LoopEven, loop},
             {LoopCollect, loop},
-            {Corners, shapes_.size() != 0},
-            {Estimate, shapes_.size() != 0},
+            {Corners, finds_shapes()},
+            {Estimate, finds_shapes()},
             {Predict, true},
             {Lift, true},
             {Collect, true},
@@ -185,13 +204,13 @@ void PatchTransform::State::turn_details(const LevelPlan& plan, std::uint32_t g,
     if (v != from) std::memcpy(v + at, from + at, plan.layout.vertex_floats * sizeof(float));
     each_patch(g, [&](std::uint32_t f) { copy_ghosts(plan, f, from, v); });
     find_normals(plan, g, v);
-    kernels().turn(plan.layout, to_model, v + at, normals_.data() + at, positions_.details.data() + edges_of(plan, g));
+    kernels().turn(plan.layout, to_model, v + at, normals_.data() + at, details_of(positions_, plan, g));
 }
 
 /// coefficients: null where the details are loaded already.
 void PatchTransform::State::lift_forward(const LevelPlan& plan, std::uint32_t g, Field& field,
                                          const Vec3f* coefficients) {
-    if (coefficients != nullptr) load_details(plan, g, coefficients, field.details.data());
+    if (coefficients != nullptr) load_details(plan, g, coefficients, field);
     each_patch(g, [&](std::uint32_t f) { hide_listed(plan, f, field); });
     lift(plan, g, field, 1, field.arrived[plan.level].data(), lifting(field, plan));
 }
@@ -201,7 +220,7 @@ void PatchTransform::State::collect_lift(const LevelPlan& plan, std::uint32_t g,
     if (!lazy_)
         each_patch(g, [&](std::uint32_t f) {
             collect(plan, f, v);
-            lift_listed(plan, f, field, sign, v);
+            kernels().lift_listed(plan.lift_targets(f), field.listed.data(), sign, v);
         });
     const std::size_t at = vertices_of(plan, g);
     if (!active_.all) std::memcpy(lifted(field, plan) + at, v + at, plan.layout.vertex_floats * sizeof(float));
@@ -211,14 +230,13 @@ void PatchTransform::State::collect_lift(const LevelPlan& plan, std::uint32_t g,
 void PatchTransform::State::hand_over(const LevelPlan& plan, std::uint32_t g, Field& field, const float* v,
                                       Vec3f* out) {
     if (out != nullptr) {
-        store_details(plan, g, field.details.data(), out);
+        store_details(plan, g, field, out);
         store_vertices(plan, g, v, out);
         return;
     }
     const LevelPlan& next = plans_[plan.level + 1];
-    const bool changed =
-        kernels().interleave(plan.layout, v + vertices_of(plan, g), field.details.data() + edges_of(plan, g),
-                             next.layout, field.arrived[next.level].data() + vertices_of(next, g));
+    const bool changed = kernels().interleave(plan.layout, v + vertices_of(plan, g), details_of(field, plan, g),
+                                              next.layout, field.arrived[next.level].data() + vertices_of(next, g));
     if (!active_.all) active_.handed[g] = changed ? 1 : 0;
 }
 
@@ -226,7 +244,7 @@ void PatchTransform::State::hand_over(const LevelPlan& plan, std::uint32_t g, Fi
 void PatchTransform::State::loop_shares(const LevelPlan& plan, std::uint32_t g, bool inverse, const float* in,
                                         float* out) {
     each_patch(g, [&](std::uint32_t f) {
-        zero_foreign(plan, f, positions_.details.data());
+        zero_foreign(plan, f, positions_);
         loop_specials(plan, f, inverse, in);
     });
     loop_even(plan, g, inverse, in, out);
@@ -259,7 +277,7 @@ void PatchTransform::State::synthesize(Stage stage, const Step& step, std::uint3
             each_patch(g, [&](std::uint32_t f) { corner_normals(plan, f, positions_.arrived[plan.level].data()); });
             break;
         case Turn:
-            load_details(plan, g, step.coefficients, positions_.details.data());
+            load_details(plan, g, step.coefficients, positions_);
             turn_details(plan, g, true, positions_.arrived[plan.level].data(), lifting(positions_, plan));
             break;
         case Lift:
@@ -295,17 +313,17 @@ void PatchTransform::State::synthesize(Stage stage, const Step& step, std::uint3
 /// Vertices and details of a step from those of the finer one or, on the finest level, from outside. `from`: null for
 /// zero.
 void PatchTransform::State::take_over(const LevelPlan& plan, std::uint32_t g, Field& field, const Vec3f* from) {
-    float *v = field.arrived[plan.level].data(), *d = field.details.data();
+    float *v = field.arrived[plan.level].data(), *d = details_of(field, plan, g);
     if (plan.level + 1 < levels_) {
         const LevelPlan& fine = plans_[plan.level + 1];
         kernels().deinterleave(fine.layout, lifted(field, fine) + vertices_of(fine, g), plan.layout,
-                               v + vertices_of(plan, g), d + edges_of(plan, g));
+                               v + vertices_of(plan, g), d);
     } else if (from != nullptr) {
         load_vertices(plan, g, from, v);
-        load_details(plan, g, from, d);
+        load_details(plan, g, from, field);
     } else {
         std::fill_n(v + vertices_of(plan, g), plan.layout.vertex_floats, 0.0f);
-        std::fill_n(d + edges_of(plan, g), plan.layout.edge_floats, 0.0f);
+        std::fill_n(d, plan.layout.edge_floats, 0.0f);
     }
 }
 
@@ -319,10 +337,10 @@ void PatchTransform::State::unpredict_all(const Back& step, std::uint32_t g) {
     });
     if (step.second != nullptr) {
         predict_second(plan, g, v, second_.arrived[plan.level].data(), -1);
-        each_patch(g, [&](std::uint32_t f) { zero_foreign(plan, f, second_.details.data()); });
+        each_patch(g, [&](std::uint32_t f) { zero_foreign(plan, f, second_); });
     }
     predict(plan, g, v, -1);
-    each_patch(g, [&](std::uint32_t f) { zero_foreign(plan, f, positions_.details.data()); });
+    each_patch(g, [&](std::uint32_t f) { zero_foreign(plan, f, positions_); });
 }
 
 void PatchTransform::State::analyze(Stage stage, const Back& step, std::uint32_t g) {
@@ -361,8 +379,8 @@ void PatchTransform::State::analyze(Stage stage, const Back& step, std::uint32_t
                 if (step.second != nullptr) show_listed(plan, f, second_);
             });
             if (options_.local_frames) turn_details(plan, g, false, v, v);
-            store_details(plan, g, positions_.details.data(), step.coefficients);
-            if (step.second != nullptr) store_details(plan, g, second_.details.data(), step.second);
+            store_details(plan, g, positions_, step.coefficients);
+            if (step.second != nullptr) store_details(plan, g, second_, step.second);
             break;
         case Lift:
             lift(plan, g, positions_, -1, arrived, v);
@@ -436,6 +454,7 @@ void PatchTransform::analyze(std::span<const Vec3f> positions, std::span<Vec3f> 
     std::copy_n(positions.begin(), state_->vertex_count(0), coefficients.begin());
     std::fill(second.begin(), second.end(), Vec3f{});
     if (state_->levels() == 0) return;
+    state_->use_analysis_slots();
     state_->workers.run([&](unsigned w) {
         state_->analyze(w, positions.data(), coefficients.data(), second.empty() ? nullptr : second.data());
     });
@@ -449,6 +468,7 @@ void PatchTransform::synthesize(std::span<const Vec3f> coefficients, unsigned le
     std::copy_n(coefficients.begin(), state_->vertex_count(0), positions.begin());
     if (!second.empty()) std::copy_n(second.begin(), state_->vertex_count(0), second_out.begin());
     if (level == 0) return;
+    state_->use_synthesis_slots();
     state_->workers.run([&](unsigned w) {
         state_->synthesize(w, coefficients.data(), second.empty() ? nullptr : second.data(), level, positions.data(),
                            second_out.data());
@@ -459,6 +479,7 @@ void PatchTransform::update(std::span<const Vec3f> coefficients, std::span<const
                             unsigned first_level, unsigned level, std::span<Vec3f> positions) {
     if (level == 0 || !state_->restrict_to(faces, first_level, level))
         return synthesize(coefficients, level, positions);
+    state_->use_synthesis_slots();
     state_->workers.run(
         [&](unsigned w) { state_->synthesize(w, coefficients.data(), nullptr, level, positions.data(), nullptr); });
 }

@@ -29,6 +29,20 @@ Pipeline::Pipeline(const GroupGraph& graph, std::uint32_t begin, std::uint32_t e
         ready = std::move(next);
     }
     for (const auto& step : after) sweep_.insert(sweep_.end(), step.begin(), step.end());
+    choose_slots();
+}
+
+void Pipeline::choose_slots() {
+    slots_.resize(end_ - begin_);
+    std::vector<std::uint32_t> idle;
+    for (const auto& [stage, group] : sweep_) {
+        std::uint32_t& slot = slots_[group - begin_];
+        if (stage == 0) {
+            slot = idle.empty() ? slot_count_++ : idle.back();
+            if (!idle.empty()) idle.pop_back();
+        }
+        if (stage + 1 == late_.size()) idle.push_back(slot);
+    }
 }
 
 }  // namespace mvw

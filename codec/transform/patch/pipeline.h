@@ -13,6 +13,9 @@ struct GroupGraph {
     [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(first.size() - 1); }
 };
 
+/// Each group has a slot of a worker's scratch from its first stage to its last; a slot then serves another group, so
+/// that little scratch is in use and stays in the cache.
+///
 /// Stage s > 0 of a group may run when stage s - 1 of all groups around it has. What a worker can do on its own runs in
 /// one sweep over its range; what waits for another worker's groups comes stage by stage afterwards.
 class Pipeline {
@@ -20,6 +23,10 @@ class Pipeline {
     Pipeline() = default;
     /// For the groups [begin, end) of one worker.
     Pipeline(const GroupGraph& graph, std::uint32_t begin, std::uint32_t end, unsigned stages);
+
+    /// Slot of each group of the range, below slot_count(). Holds for run() alone.
+    [[nodiscard]] const std::vector<std::uint32_t>& slots() const { return slots_; }
+    [[nodiscard]] std::uint32_t slot_count() const { return slot_count_; }
 
     /// work(stage, group) for each of both; sync() lets all workers meet, stages - 1 times.
     template <typename Work, typename Sync>
@@ -41,7 +48,10 @@ class Pipeline {
     }
 
  private:
-    std::uint32_t begin_ = 0, end_ = 0;
+    void choose_slots();
+
+    std::uint32_t begin_ = 0, end_ = 0, slot_count_ = 0;
+    std::vector<std::uint32_t> slots_;
     std::vector<std::pair<unsigned, std::uint32_t>> sweep_;
     std::vector<std::vector<std::uint32_t>> late_;  // by stage
 };

@@ -2,12 +2,33 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
+#include <tuple>
+#include <unordered_map>
 
 #include "codec/transform/patch/listed_stencils.h"
 
 namespace mvw {
 
 namespace {
+
+/// Rows of numbers, each kept once.
+template <typename T>
+class SharedRows {
+ public:
+    explicit SharedRows(std::vector<T>& kept) : kept_(kept) {}
+    /// Where the row begins among those kept.
+    std::uint32_t place(const std::vector<T>& row) {
+        const std::string bytes(reinterpret_cast<const char*>(row.data()), row.size() * sizeof(T));
+        const auto [at, is_new] = places_.try_emplace(bytes, static_cast<std::uint32_t>(kept_.size()));
+        if (is_new) kept_.insert(kept_.end(), row.begin(), row.end());
+        return at->second;
+    }
+
+ private:
+    std::vector<T>& kept_;
+    std::unordered_map<std::string, std::uint32_t> places_;
+};
 
 class PlanBuilder {
  public:
@@ -26,9 +47,12 @@ class PlanBuilder {
         list_edges(stencils);
         list_targets();
         list_corners(creases);
-        for (auto* v : {&plan_.fixes, &plan_.collected_fixes}) v->shrink_to_fit();
+        plan_.fixes.shrink_to_fit();
+        plan_.collected_fixes.shrink_to_fit();
         plan_.listed.shrink_to_fit();
-        plan_.terms.shrink_to_fit();
+        plan_.listed_vertices.shrink_to_fit();
+        plan_.listed_weights.shrink_to_fit();
+        plan_.source_weights.shrink_to_fit();
         plan_.targets.shrink_to_fit();
         plan_.sources.shrink_to_fit();
         plan_.corner_triangles.shrink_to_fit();
@@ -76,15 +100,15 @@ class PlanBuilder {
 
     /// Corners, and ghosts at both ends of each side.
     void fix_vertices() {
-        std::vector<std::vector<Copy>> collected(faces());
+        std::vector<std::vector<std::uint32_t>> collected(faces());
         plan_.first_fix.push_back(0);
         for (std::uint32_t f = 0; f < faces(); ++f) {
             const auto fix = [&](const GridVertex& v) {
                 const GridVertex from = owned(v);
                 const Copy c{offset(v), offset(from)};
                 if (c.to == c.from) return;
+                collected[from.face].push_back(static_cast<std::uint32_t>(plan_.fixes.size()));
                 plan_.fixes.push_back(c);
-                collected[from.face].push_back(c);
             };
             for (unsigned c = 0; c < 3; ++c) fix(topology_.corner(f, c, n_));
             for (unsigned s = 0; s < 3; ++s) {
@@ -131,15 +155,19 @@ class PlanBuilder {
         std::stable_sort(order_.begin(), order_.end(),
                          [&](const auto* a, const auto* b) { return face_of(a) < face_of(b); });
         plan_.first_listed.assign(faces() + 1, 0);
+        SharedRows<ListedWeight> rows(plan_.listed_weights);
+        std::vector<ListedWeight> weights;
         for (const ListedStencil* s : order_) {
             ++plan_.first_listed[face_of(s) + 1];
-            for (const auto& t : s->terms)
-                plan_.terms.push_back(
-                    {offset(owned(t.vertex)), static_cast<float>(t.position), static_cast<float>(t.shape)});
-            plan_.listed.push_back({offset(topology_.owner(s->edge, n_)),
-                                    {offset(owned(s->ends[0])), offset(owned(s->ends[1]))},
-                                    static_cast<std::uint32_t>(plan_.terms.size()),
-                                    !s->sharp});
+            weights.clear();
+            for (const auto& t : s->terms) {
+                plan_.listed_vertices.push_back(offset(owned(t.vertex)));
+                weights.push_back({static_cast<float>(t.position), static_cast<float>(t.shape)});
+            }
+            const GridEdge edge = topology_.owner(s->edge, n_);
+            plan_.listed.push_back({plan_.layout.edge(edge.plane, edge.i, edge.k) + edge.face % plan_.layout.lanes,
+                                    static_cast<std::uint32_t>(plan_.listed_vertices.size()), rows.place(weights),
+                                    s->sharp ? 0u : 1u});
         }
         for (std::uint32_t f = 0; f < faces(); ++f) plan_.first_listed[f + 1] += plan_.first_listed[f];
     }
@@ -155,17 +183,22 @@ class PlanBuilder {
                 const GridVertex v = owned(lift.vertex);
                 entries.push_back({v.face, offset(v), i, static_cast<float>(lift.weight)});
             }
-        std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-            return std::pair(a.face, a.vertex) < std::pair(b.face, b.vertex);
+        // By weight within a vertex, so that many have the same row of weights.
+        std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+            return std::tie(a.face, a.vertex, a.weight, a.listed) < std::tie(b.face, b.vertex, b.weight, b.listed);
         });
         plan_.first_target.assign(faces() + 1, 0);
-        for (const Entry& e : entries) {
-            if (plan_.targets.empty() || plan_.targets.back().vertex != e.vertex) {
-                plan_.targets.push_back({e.vertex, 0});
-                ++plan_.first_target[e.face + 1];
+        SharedRows<float> rows(plan_.source_weights);
+        std::vector<float> weights;
+        for (std::size_t first = 0, last = 0; first < entries.size(); first = last) {
+            weights.clear();
+            for (; last < entries.size() && entries[last].vertex == entries[first].vertex; ++last) {
+                plan_.sources.push_back(entries[last].listed);
+                weights.push_back(entries[last].weight);
             }
-            plan_.sources.push_back({e.listed, e.weight});
-            plan_.targets.back().last_source = static_cast<std::uint32_t>(plan_.sources.size());
+            ++plan_.first_target[entries[first].face + 1];
+            plan_.targets.push_back(
+                {entries[first].vertex, static_cast<std::uint32_t>(plan_.sources.size()), rows.place(weights)});
         }
         for (std::uint32_t f = 0; f < faces(); ++f) plan_.first_target[f + 1] += plan_.first_target[f];
     }
@@ -250,7 +283,8 @@ std::size_t bytes_of(const std::vector<T>& v) {
 std::size_t LevelPlan::memory_bytes() const {
     std::size_t bytes = bytes_of(lift_program.points) + bytes_of(lift_program.edges) + bytes_of(fixes) +
                         bytes_of(collected_fixes) + bytes_of(first_fix) + bytes_of(first_collected_fix) +
-                        bytes_of(detail_places) + bytes_of(listed) + bytes_of(first_listed) + bytes_of(terms) +
+                        bytes_of(detail_places) + bytes_of(listed) + bytes_of(first_listed) +
+                        bytes_of(listed_vertices) + bytes_of(listed_weights) + bytes_of(source_weights) +
                         bytes_of(targets) + bytes_of(first_target) + bytes_of(sources) + bytes_of(corners) +
                         bytes_of(corner_triangles) + bytes_of(corner_neighbours) + bytes_of(corner_loop_edges);
     for (std::size_t s = 0; s < 3; ++s) {
@@ -259,6 +293,18 @@ std::size_t LevelPlan::memory_bytes() const {
     }
     for (const auto& places : vertex_places) bytes += bytes_of(places);
     return bytes;
+}
+
+ListedEdges LevelPlan::listed_edges(std::uint32_t f) const {
+    const std::uint32_t first = first_listed[f];
+    return {std::span(listed).subspan(first, first_listed[f + 1] - first), listed_vertices.data(),
+            first == 0 ? 0 : listed[first - 1].last_vertex, listed_weights.data()};
+}
+
+LiftTargets LevelPlan::lift_targets(std::uint32_t f) const {
+    const std::uint32_t first = first_target[f];
+    return {std::span(targets).subspan(first, first_target[f + 1] - first), sources.data(),
+            first == 0 ? 0 : targets[first - 1].last_source, source_weights.data()};
 }
 
 std::vector<LevelPlan> make_plans(const GridTopology& topology, unsigned levels, const TransformOptions& options,

@@ -14,19 +14,6 @@ namespace mvw {
 /// Rows of a table by owning patch: those of patch f are [first[f], first[f + 1]).
 using PatchRuns = std::vector<std::uint32_t>;
 
-/// An edge whose stencils are lists: it touches a base vertex, or a boundary or crease. Its detail lies apart while the
-/// lift and the prediction run.
-struct ListedEdge {
-    std::uint32_t edge;       // offset of its detail in the owner
-    std::uint32_t ends[2];    // vertices
-    std::uint32_t last_term;  // of terms; the first is the previous edge's last
-    bool projected;           // SeededNormal speaks along the normal here
-};
-struct ListedTerm {
-    std::uint32_t vertex;
-    float position, shape;
-};
-
 /// A base vertex: where its ring lies.
 struct Corner {
     std::uint32_t vertex;          // in its owner; kNone where no face has it
@@ -50,9 +37,10 @@ struct LevelPlan {
     // By side, on a boundary: ghosts fold back onto the side, so that the ring's area is that of the triangles which
     // exist.
     std::array<std::vector<Copy>, 3> folded;
-    // What those cannot name: copies between any patches, by the patch of `to`; base vertices among them. The same by
-    // the patch of `from`, where their shares of the lift are collected.
-    std::vector<Copy> fixes, collected_fixes;
+    // What those cannot name: copies between any patches, by the patch of `to`; base vertices among them. Which of them
+    // are from a patch, where their shares of the lift are collected.
+    std::vector<Copy> fixes;
+    std::vector<std::uint32_t> collected_fixes;
     PatchRuns first_fix, first_collected_fix;
 
     // Places of the floats of a face's runs in hierarchical order (Kernels::load_runs): of the details, and of the
@@ -62,14 +50,20 @@ struct LevelPlan {
 
     std::vector<ListedEdge> listed;  // by owning patch, then in any order
     PatchRuns first_listed;
-    std::vector<ListedTerm> terms;
+    std::vector<std::uint32_t> listed_vertices;
+    std::vector<ListedWeight> listed_weights;
     std::vector<LiftTarget> targets;  // by owning patch
     PatchRuns first_target;
-    std::vector<LiftSource> sources;
+    std::vector<std::uint32_t> sources;  // listed edges
+    std::vector<float> source_weights;
 
     std::vector<Corner> corners;                                 // by base vertex
     std::vector<std::array<std::uint32_t, 2>> corner_triangles;  // the other two vertices of each
-    std::vector<std::uint32_t> corner_neighbours, corner_loop_edges;
+    std::vector<std::uint32_t> corner_neighbours;
+    std::vector<std::uint32_t> corner_loop_edges;  // among all groups' details
+
+    [[nodiscard]] ListedEdges listed_edges(std::uint32_t f) const;
+    [[nodiscard]] LiftTargets lift_targets(std::uint32_t f) const;
 
     /// Where a patch starts.
     [[nodiscard]] std::size_t patch_vertices(std::uint32_t f) const {

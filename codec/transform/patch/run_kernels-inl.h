@@ -15,6 +15,7 @@ namespace mvw::HWY_NAMESPACE {
 /// rows[a][b] <-> rows[b][a], for vectors of 8, 4 or 1 lanes.
 template <int W>
 HWY_INLINE void transpose([[maybe_unused]] Pack<W> (&rows)[kLanes<W>]) {
+    static_assert(kLanes<W> <= 8);
 #if HWY_TARGET != HWY_SCALAR
     constexpr int N = kLanes<W>;
     if constexpr (N > 1) {
@@ -44,35 +45,56 @@ HWY_INLINE void transpose([[maybe_unused]] Pack<W> (&rows)[kLanes<W>]) {
 #endif
 }
 
+/// Asks for the cache lines in which the next group's runs have what this group's have at `at`: runs of a level follow
+/// one another face by face, too short for the machine to foresee their starts.
+template <int W, bool kWrite>
+HWY_INLINE void foresee(const float* const* runs, std::size_t length, std::size_t at) {
+    constexpr std::size_t kLine = 16;
+    if (at % kLine != 0) return;
+    for (std::size_t lane = 0; lane < W; ++lane)
+        __builtin_prefetch(reinterpret_cast<const char*>(runs[lane]) + (W * length + at) * sizeof(float),
+                           kWrite ? 1 : 0, 2);
+}
+
 template <int W>
-void load_runs(const std::vector<std::uint32_t>& places, const float* const* runs, unsigned used, float* to) {
-    constexpr std::size_t N = kLanes<W>;
+void load_runs(const std::vector<std::uint32_t>& run_places, const float* const* runs, unsigned used, float* to) {
+    constexpr int B = W < 8 ? W : 8;
+    constexpr std::size_t N = kLanes<B>;
+    const std::size_t length = run_places.size();
+    const std::uint32_t* places = run_places.data();
     std::size_t at = 0;
     if (used == W)
-        for (; at + N <= places.size(); at += N)
+        for (; at + N <= length; at += N) {
+            foresee<W, false>(runs, length, at);
             for (std::size_t part = 0; part < W; part += N) {
-                Pack<W> rows[N];
-                for (std::size_t r = 0; r < N; ++r) rows[r] = load<W>(runs[part + r] + at);
-                transpose<W>(rows);
-                for (std::size_t r = 0; r < N; ++r) store<W>(rows[r], to + places[at + r] + part);
+                Pack<B> rows[N];
+                for (std::size_t r = 0; r < N; ++r) rows[r] = load<B>(runs[part + r] + at);
+                transpose<B>(rows);
+                for (std::size_t r = 0; r < N; ++r) store<B>(rows[r], to + places[at + r] + part);
             }
-    for (; at < places.size(); ++at)
+        }
+    for (; at < length; ++at)
         for (unsigned lane = 0; lane < used; ++lane) to[places[at] + lane] = runs[lane][at];
 }
 
 template <int W>
-void store_runs(const std::vector<std::uint32_t>& places, float* const* runs, unsigned used, const float* from) {
-    constexpr std::size_t N = kLanes<W>;
+void store_runs(const std::vector<std::uint32_t>& run_places, float* const* runs, unsigned used, const float* from) {
+    constexpr int B = W < 8 ? W : 8;
+    constexpr std::size_t N = kLanes<B>;
+    const std::size_t length = run_places.size();
+    const std::uint32_t* places = run_places.data();
     std::size_t at = 0;
     if (used == W)
-        for (; at + N <= places.size(); at += N)
+        for (; at + N <= length; at += N) {
+            foresee<W, true>(runs, length, at);
             for (std::size_t part = 0; part < W; part += N) {
-                Pack<W> rows[N];
-                for (std::size_t r = 0; r < N; ++r) rows[r] = load<W>(from + places[at + r] + part);
-                transpose<W>(rows);
-                for (std::size_t r = 0; r < N; ++r) store<W>(rows[r], runs[part + r] + at);
+                Pack<B> rows[N];
+                for (std::size_t r = 0; r < N; ++r) rows[r] = load<B>(from + places[at + r] + part);
+                transpose<B>(rows);
+                for (std::size_t r = 0; r < N; ++r) store<B>(rows[r], runs[part + r] + at);
             }
-    for (; at < places.size(); ++at)
+        }
+    for (; at < length; ++at)
         for (unsigned lane = 0; lane < used; ++lane) runs[lane][at] = from[places[at] + lane];
 }
 
@@ -107,23 +129,8 @@ void clear_points(std::span<const std::uint32_t> places, float* to) {
 }
 
 template <int W>
-void lift_listed(std::span<const LiftTarget> targets, std::span<const LiftSource> sources, std::uint32_t source,
-                 const ListedDetail* listed, float sign, float* v) {
-    constexpr int N = kLanes<4>;
-    const Floats<4> tag;
-    for (const LiftTarget& target : targets) {
-        Pack<4> sum[4 / N];
-        for (int p = 0; p < 4 / N; ++p) sum[p] = hn::Zero(tag);
-        for (; source < target.last_source; ++source) {
-            const Pack<4> weight = hn::Set(tag, sources[source].weight);
-            const float* detail = &listed[sources[source].listed].x;
-            for (int p = 0; p < 4 / N; ++p) sum[p] = hn::MulAdd(weight, load<4>(detail + p * N), sum[p]);
-        }
-        HWY_ALIGN float out[4];
-        for (int p = 0; p < 4 / N; ++p) store<4>(hn::Mul(sum[p], hn::Set(tag, sign)), out + p * N);
-        float* to = v + target.vertex;
-        to[0] += out[0], to[W] += out[1], to[2 * W] += out[2];
-    }
+void add_back_some(std::span<const std::uint32_t> which, const Copy* copies, float* v) {
+    for (const std::uint32_t i : which) add_back<W>({copies + i, 1}, v, v);
 }
 
 }  // namespace mvw::HWY_NAMESPACE

@@ -4,12 +4,17 @@
 #include <benchmark/benchmark.h>
 #include <hwy/targets.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <map>
+#include <memory>
 #include <random>
 #include <string>
+#include <tuple>
 
 #include "codec/transform/transform.h"
 
@@ -51,16 +56,17 @@ struct Case {
     std::vector<Vec3f> positions, coefficients, second;  // second: of the vector transform alone
 };
 
-Case& make_case(const Size& size, TransformKind kind, bool frames, unsigned threads) {
+/// seeded-normal as the codec uses it, with local frames; the others without.
+Case& make_case(const Size& size, TransformKind kind, unsigned threads) {
     static std::string name;
     static std::unique_ptr<Case> kept;
     const std::string wanted =
-        std::string(size.name) + "/" + std::to_string(unsigned(kind)) + (frames ? "f" : "x") + std::to_string(threads);
+        std::string(size.name) + "/" + std::to_string(unsigned(kind)) + "/" + std::to_string(threads);
     if (kept && name == wanted) return *kept;
     kept.reset();
     const mvw::BaseMesh base = torus(size.w, size.h);
     const auto V = static_cast<std::size_t>(vertices_at_level(base, size.levels));
-    const mvw::TransformOptions options{.kind = kind, .local_frames = frames};
+    const mvw::TransformOptions options{.kind = kind, .local_frames = kind == TransformKind::SeededNormal};
     kept =
         std::make_unique<Case>(Case{mvw::PatchTransform(base, size.levels, options, {}, threads), std::vector<Vec3f>(V),
                                     std::vector<Vec3f>(V), std::vector<Vec3f>(kind == TransformKind::Vector ? V : 0)});
@@ -77,100 +83,99 @@ Case& make_case(const Size& size, TransformKind kind, bool frames, unsigned thre
     return *kept;
 }
 
-void report(benchmark::State& state, std::size_t vertices) {
-    state.counters["ns/vertex"] = benchmark::Counter(
-        double(vertices) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+std::size_t vertices_of(const Size& size) {
+    return static_cast<std::size_t>(vertices_at_level(torus(size.w, size.h), size.levels));
+}
+
+using Key = std::tuple<std::string, std::string, TransformKind, unsigned>;  // what, size, of which, threads
+std::map<Key, double> least_ns;                                             // a vertex
+
+/// Times each iteration of `work` by the wall clock.
+void run(benchmark::State& state, const Key& key, std::size_t vertices, const std::function<void()>& work) {
+    using Clock = std::chrono::steady_clock;
+    double& least = least_ns.try_emplace(key, 1e300).first->second;
+    for (auto _ : state) {
+        const auto start = Clock::now();
+        work();
+        const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        state.SetIterationTime(seconds);
+        least = std::min(least, seconds * 1e9 / double(vertices));
+    }
+    state.counters["least ns/vertex"] = least;
 }
 
 void copy(benchmark::State& state, const Size& size) {
-    const auto V = static_cast<std::size_t>(vertices_at_level(torus(size.w, size.h), size.levels));
+    const std::size_t V = vertices_of(size);
     std::vector<Vec3f> from(V, {1, 2, 3}), to(V);
-    for (auto _ : state) {
+    run(state, {"memcpy", size.name, {}, 1}, V, [&] {
         std::memcpy(to.data(), from.data(), V * sizeof(Vec3f));
         benchmark::ClobberMemory();
-    }
-    report(state, V);
+    });
 }
 
-void synthesis(benchmark::State& state, const Size& size, TransformKind kind, bool frames, unsigned threads) {
-    Case& c = make_case(size, kind, frames, threads);
+void synthesis(benchmark::State& state, const Size& size, TransformKind kind, unsigned threads) {
+    Case& c = make_case(size, kind, threads);
     std::vector<Vec3f> second(c.second.size());
-    for (auto _ : state) c.transform.synthesize(c.coefficients, size.levels, c.positions, c.second, second);
-    report(state, c.positions.size());
+    run(state, {"synthesis", size.name, kind, threads}, c.positions.size(),
+        [&] { c.transform.synthesize(c.coefficients, size.levels, c.positions, c.second, second); });
 }
 
-void analysis(benchmark::State& state, const Size& size, TransformKind kind, bool frames, unsigned threads) {
-    Case& c = make_case(size, kind, frames, threads);
+void analysis(benchmark::State& state, const Size& size, TransformKind kind, unsigned threads) {
+    Case& c = make_case(size, kind, threads);
     std::vector<Vec3f> coefficients(c.positions.size());
     std::vector<Vec3f> second(c.second.size());
-    for (auto _ : state) c.transform.analyze(c.positions, coefficients, second);
-    report(state, c.positions.size());
+    run(state, {"analysis", size.name, kind, threads}, c.positions.size(),
+        [&] { c.transform.analyze(c.positions, coefficients, second); });
 }
 
-/// Prints as usual and keeps each run's time for the table of ratios.
-class Ratios : public benchmark::ConsoleReporter {
- public:
-    void ReportRuns(const std::vector<Run>& runs) override {
-        ConsoleReporter::ReportRuns(runs);
-        for (const Run& run : runs)
-            if (run.run_type == Run::RT_Iteration) {
-                double& best = times_.try_emplace(run.benchmark_name(), 1e30).first->second;
-                best = std::min(best, run.GetAdjustedRealTime());
-            }
-    }
-    void print(const std::string& what, const std::string& a, const std::string& b) const {
-        const auto x = find(a), y = find(b);
-        if (x > 0 && y > 0) std::printf("%-52s %6.2f\n", what.c_str(), x / y);
-    }
+void add_benchmarks(const Size& size) {
+    const auto add = [&](const std::string& name, const auto& function) {
+        benchmark::RegisterBenchmark((name + "/" + size.name).c_str(), function)
+            ->UseManualTime()
+            ->Unit(benchmark::kMicrosecond)
+            ->MinTime(0.3);
+    };
+    add("memcpy", [&size](benchmark::State& state) { copy(state, size); });
+    for (const TransformKind kind : {TransformKind::Interp, TransformKind::Vector, TransformKind::SeededNormal})
+        for (const unsigned threads : {1u, 2u}) {
+            const std::string tail = "/" + std::string(transform_name(kind)) + "/threads:" + std::to_string(threads);
+            add("synthesis" + tail, [&size, kind, threads](auto& state) { synthesis(state, size, kind, threads); });
+            add("analysis" + tail, [&size, kind, threads](auto& state) { analysis(state, size, kind, threads); });
+        }
+}
 
- private:
-    /// Least time of the repetitions whose name starts so.
-    [[nodiscard]] double find(const std::string& start) const {
-        double best = 0;
-        for (const auto& [name, time] : times_)
-            if (name.rfind(start + "/", 0) == 0 && (best == 0 || time < best)) best = time;
-        return best;
-    }
-    std::map<std::string, double> times_;
-};
+/// Zero where that did not run.
+double least(const std::string& what, const Size& size, TransformKind kind = {}, unsigned threads = 1) {
+    const auto found = least_ns.find({what, size.name, kind, threads});
+    return found == least_ns.end() ? 0 : found->second;
+}
+
+void print_ratios(const Size& size, TransformKind kind) {
+    const double one = least("synthesis", size, kind), two = least("synthesis", size, kind, 2);
+    std::printf("%-6s %-14s %7.2f %10.2f %10.2f %10.2f %10.2f %10.2f %10.2f\n", size.name,
+                std::string(transform_name(kind)).c_str(), least("memcpy", size), one, one / least("memcpy", size),
+                least("analysis", size, kind) / one, one / two,
+                least("analysis", size, kind) / least("analysis", size, kind, 2),
+                one / least("synthesis", size, TransformKind::Interp));
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    const auto options = [](benchmark::internal::Benchmark* b) {
-        b->UseRealTime()->Unit(benchmark::kMicrosecond)->MinTime(0.3);
-    };
-    const auto add = [&](const std::string& name, const Size& size, TransformKind kind, bool frames, unsigned threads) {
-        const std::string tail =
-            name + "/" + size.name + (frames ? "/frames" : "") + "/threads:" + std::to_string(threads);
-        options(benchmark::RegisterBenchmark(("synthesis/" + tail).c_str(), synthesis, size, kind, frames, threads));
-        options(benchmark::RegisterBenchmark(("analysis/" + tail).c_str(), analysis, size, kind, frames, threads));
-    };
-    for (const Size& size : kSizes) {
-        options(benchmark::RegisterBenchmark((std::string("memcpy/") + size.name).c_str(), copy, size));
-        for (const TransformKind kind : {TransformKind::Interp, TransformKind::Vector, TransformKind::SeededNormal})
-            for (const unsigned threads : {1u, 2u})
-                add(std::string(transform_name(kind)), size, kind, kind == TransformKind::SeededNormal, threads);
-    }
-    if (argc > 1 && std::string(argv[1]) == "--portable") {
-        hwy::DisableTargets(HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL);
-        --argc, ++argv;
-    }
+    const std::string mode = argc > 1 ? argv[1] : "";
+    const bool avx2 = mode == "--avx2", portable = mode == "--portable";
+    if (avx2) hwy::DisableTargets(HWY_AVX3 | HWY_AVX3_DL);
+    if (portable) hwy::DisableTargets(HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL);
+    if (avx2 || portable) --argc, ++argv;
+    for (const Size& size : kSizes) add_benchmarks(size);
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-    Ratios ratios;
-    benchmark::RunSpecifiedBenchmarks(&ratios);
-    std::printf("\n%-52s %6s\n", "ratio (least time of each)", "");
+    benchmark::RunSpecifiedBenchmarks();
+    std::printf("\nleast times, and their ratios\n%-6s %-14s %7s %10s %10s %10s %10s %10s %10s\n", "size", "transform",
+                "memcpy", "synthesis", "/ memcpy", "analysis", "1 thread", "the same,", "/ interp");
+    std::printf("%-6s %-14s %7s %10s %10s %10s %10s %10s\n", "", "", "ns", "ns", "", "/synthesis", "/ 2", "analysis");
     for (const Size& size : kSizes)
-        for (const std::string kind : {"interp", "seeded-normal"}) {
-            const std::string at = kind + "/" + size.name + (kind == "interp" ? "" : "/frames");
-            const auto one = at + "/threads:1", two = at + "/threads:2";
-            ratios.print("synthesis " + at + " / memcpy", "synthesis/" + one, std::string("memcpy/") + size.name);
-            ratios.print("analysis " + at + " / synthesis", "analysis/" + one, "synthesis/" + one);
-            ratios.print("synthesis " + at + " 1 thread / 2", "synthesis/" + one, "synthesis/" + two);
-            if (kind == "interp")
-                ratios.print("synthesis vector / interp " + std::string(size.name),
-                             std::string("synthesis/vector/") + size.name + "/threads:1", "synthesis/" + one);
-        }
+        for (const TransformKind kind : {TransformKind::Interp, TransformKind::Vector, TransformKind::SeededNormal})
+            print_ratios(size, kind);
     return 0;
 }
