@@ -32,6 +32,10 @@ template <int W>
 HWY_INLINE void store(Pack<W> v, float* to) {
     hn::StoreU(v, Floats<W>(), to);
 }
+/// Asks for a cache line that the next group will want: its points lie too far apart for the machine to guess.
+HWY_INLINE void foresee(const float* at) {
+    __builtin_prefetch(at, 0, 2);
+}
 template <typename V>
 HWY_INLINE V add4(V a, V b, V c, V d) {
     return hn::Add(hn::Add(a, b), hn::Add(c, d));

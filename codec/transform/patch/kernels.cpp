@@ -67,6 +67,7 @@ void lift_inside(const Layout& layout, const TenVectors<W>& w, float scale, cons
         const std::ptrdiff_t start = layout.at(i, 2), end = layout.at(i, layout.n - 2 - i);
         for (std::ptrdiff_t at = start; at <= end; at += S, rows.step())
             for (int p = 0; p < S; p += N) {
+                foresee(in + layout.vertex_floats + at + p);
                 const auto sum = w.sum(rows.ends(p), rows.opp(p), rows.wings(p), rows.far(p));
                 store<W>(hn::MulAdd(a, load<W>(in + at + p), sum), out + at + p);
             }
@@ -88,6 +89,7 @@ void lift(const Layout& layout, const LiftProgram& program, const FloatWeights& 
         Pack<W> value[S / N], sum[S / N];
         for (int p = 0; p < S / N; ++p) {
             const auto mask = hn::BitCast(tag, hn::LoadU(mask_tag, keep + point.keep * W + p * N % W));
+            foresee(in + layout.vertex_floats + point.vertex + p * N);
             value[p] = hn::Mul(a, hn::And(mask, load<W>(in + point.vertex + p * N)));
         }
         for (std::size_t c = 0; c < 4; ++c) {
@@ -178,10 +180,10 @@ void deinterleave(const Layout& fine, const float* fine_v, const Layout& coarse,
 
 template <int W>
 Kernels table_of() {
-    return {lift<W>,         predict<W>,     predict_along_normal<W>, normals<W>,     shape<W>,
-            turn<W>,         interleave<W>,  deinterleave<W>,         load_runs<W>,   store_runs<W>,
-            copy<W>,         add_back<W>,    add_back_some<W>,        load_points<W>, store_points<W>,
-            clear_points<W>, lift_listed<W>, predict_listed<W>};
+    return {lift<W>,          predict<W>,    predict_along_normal<W>, normals<W>,      shape<W>,
+            turn<W>,          interleave<W>, deinterleave<W>,         load_runs<W>,    store_runs<W>,
+            copy<W>,          add_back<W>,   add_back_some<W>,        clear_points<W>, lift_listed<W>,
+            predict_listed<W>};
 }
 Kernels table16() {
     return table_of<16>();

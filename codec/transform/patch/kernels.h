@@ -104,9 +104,11 @@ struct Kernels {
     bool (*interleave)(const Layout& coarse, const float* v, const float* d, const Layout& fine, float* fine_v);
     void (*deinterleave)(const Layout& fine, const float* fine_v, const Layout& coarse, float* v, float* d);
     /// A run of points in each patch' own array to places in the group, and back. places: of each float of a run, in
-    /// order; runs: where each lane's run starts, `used` lanes.
-    void (*load_runs)(const std::vector<std::uint32_t>& places, const float* const* runs, unsigned used, float* to);
-    void (*store_runs)(const std::vector<std::uint32_t>& places, float* const* runs, unsigned used, const float* from);
+    /// order; runs: where each lane's run starts, `used` lanes. follow: the next group's runs come right behind these.
+    void (*load_runs)(const std::vector<std::uint32_t>& places, const float* const* runs, unsigned used, bool follow,
+                      float* to);
+    void (*store_runs)(const std::vector<std::uint32_t>& places, float* const* runs, unsigned used, bool follow,
+                       const float* from);
 
     // Single points of one lane; pointers are to the lane.
     /// to[c.to] = from[c.from] of each copy, all three components; to[c.from] += from[c.to].
@@ -114,9 +116,7 @@ struct Kernels {
     void (*add_back)(std::span<const Copy> copies, const float* from, float* to);
     /// v[c.from] += v[c.to] of some of the copies.
     void (*add_back_some)(std::span<const std::uint32_t> which, const Copy* copies, float* v);
-    /// The points at these places from an array and back; zero.
-    void (*load_points)(std::span<const std::uint32_t> places, const Vec3f* from, float* to);
-    void (*store_points)(std::span<const std::uint32_t> places, const float* from, Vec3f* to);
+    /// Zeroes points.
     void (*clear_points)(std::span<const std::uint32_t> places, float* to);
     /// Listed edges; pointers are to all groups. v += sign * sum of w d.
     void (*lift_listed)(const LiftTargets& lists, const ListedDetail* listed, float sign, float* v);

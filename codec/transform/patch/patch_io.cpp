@@ -26,85 +26,80 @@ Vec3f copy_out(const float* from, unsigned lanes) {
     return {from[0], from[lanes], from[2 * lanes]};
 }
 
+}  // namespace
+
 /// The lanes' runs of one level within a hierarchical array.
 template <typename Float, typename Vec>
-std::array<Float*, 16> runs_of(const GridTopology& topology, unsigned level, std::uint32_t first_face, unsigned used,
-                               Vec* array) {
-    std::array<Float*, 16> runs{};
-    for (unsigned lane = 0; lane < used; ++lane)
-        runs[lane] = &array[face_run(topology.base(), level, first_face + lane)].x;
+PatchTransform::State::Runs<Float> PatchTransform::State::face_runs(unsigned level, std::uint32_t g, Vec* array) const {
+    Runs<Float> runs{};
+    for (unsigned lane = 0; lane < used(g); ++lane)
+        runs[lane] = &array[face_run(topology_.base(), level, g * lanes_ + lane)].x;
     return runs;
 }
 
-}  // namespace
-
-/// Calls visit(hierarchical index, offset in the group) for each vertex of the level that lies on a side or corner
-/// which a patch of group g owns.
-template <typename Visit>
-void PatchTransform::State::visit_sides(const LevelPlan& plan, std::uint32_t g, Visit visit) const {
-    const BaseMesh& base = topology_.base();
+/// The same of side s; `others` where another patch owns it.
+template <typename Float, typename Vec>
+PatchTransform::State::Runs<Float> PatchTransform::State::side_runs(unsigned level, std::uint32_t g, unsigned s,
+                                                                    Vec* array, Float* others) const {
+    Runs<Float> runs{};
     for (unsigned lane = 0; lane < used(g); ++lane) {
         const std::uint32_t f = g * lanes_ + lane;
-        for (unsigned s = 0; s < 3; ++s) {
-            const std::vector<std::uint32_t>& points = plan.side_points[s];
-            const std::uint32_t corner = base.faces()[f][s];
-            if (topology_.corner_owner(corner) == std::pair(f, s)) visit(corner, points[0] + lane);
-            if (!topology_.owns_side(f, s)) continue;
-            for (unsigned j = 1; j <= plan.level; ++j) {
-                std::size_t at = edge_run(base, j, base.edge_of(f, s));
-                const std::size_t step = std::size_t{1} << (plan.level - j);
-                for (std::size_t t = step; t < points.size(); t += 2 * step) visit(at++, points[t] + lane);
-            }
-        }
+        runs[lane] =
+            link(f, s).owned ? &array[edge_run(topology_.base(), level, topology_.base().edge_of(f, s))].x : others;
     }
+    return runs;
+}
+
+/// Calls visit(base vertex, offset in the group) for each base vertex that a patch of group g owns.
+template <typename Visit>
+void PatchTransform::State::visit_corners(const LevelPlan& plan, std::uint32_t g, Visit visit) const {
+    each_patch(g, [&](std::uint32_t f) {
+        for (unsigned c = 0; c < 3; ++c) {
+            const std::uint32_t corner = topology_.base().faces()[f][c];
+            if (topology_.corner_owner(corner) == std::pair(f, c)) visit(corner, plan.side_points[c][0] + f % lanes_);
+        }
+    });
 }
 
 void PatchTransform::State::load_details(const LevelPlan& plan, std::uint32_t g, const Vec3f* from,
                                          Field& field) const {
     float* d = details_of(field, plan, g);
-    const auto runs = runs_of<const float>(topology_, plan.level + 1, g * lanes_, used(g), from);
-    kernels().load_runs(plan.detail_places, runs.data(), used(g), d);
-    each_patch(g, [&](std::uint32_t f) {
-        for (unsigned s = 0; s < 3; ++s) {
-            const std::vector<std::uint32_t>& places = plan.side_edges[s];
-            float* to = d + f % lanes_;
-            if (link(f, s).owned)
-                kernels().load_points(
-                    places, from + edge_run(topology_.base(), plan.level + 1, topology_.base().edge_of(f, s)), to);
-            else
-                kernels().clear_points(places, to);
-        }
-    });
+    const unsigned level = plan.level + 1;
+    kernels().load_runs(plan.detail_places, face_runs<const float>(level, g, from).data(), used(g), true, d);
+    for (unsigned s = 0; s < 3; ++s)
+        kernels().load_runs(plan.side_detail_places[s],
+                            side_runs<const float>(level, g, s, from, nothing_.data()).data(), used(g), false, d);
 }
 
-void PatchTransform::State::store_details(const LevelPlan& plan, std::uint32_t g, Field& field, Vec3f* to) const {
+void PatchTransform::State::store_details(const LevelPlan& plan, std::uint32_t g, Field& field, Vec3f* to) {
     const float* d = details_of(field, plan, g);
-    const auto runs = runs_of<float>(topology_, plan.level + 1, g * lanes_, used(g), to);
-    kernels().store_runs(plan.detail_places, runs.data(), used(g), d);
-    each_patch(g, [&](std::uint32_t f) {
-        for (unsigned s = 0; s < 3; ++s)
-            if (link(f, s).owned)
-                kernels().store_points(plan.side_edges[s], d + f % lanes_,
-                                       to + edge_run(topology_.base(), plan.level + 1, topology_.base().edge_of(f, s)));
-    });
+    const unsigned level = plan.level + 1;
+    kernels().store_runs(plan.detail_places, face_runs<float>(level, g, to).data(), used(g), true, d);
+    for (unsigned s = 0; s < 3; ++s)
+        kernels().store_runs(plan.side_detail_places[s], side_runs<float>(level, g, s, to, nowhere(g)).data(), used(g),
+                             false, d);
 }
 
 void PatchTransform::State::load_vertices(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, float* v) const {
     v += vertices_of(plan, g);
     for (unsigned j = 1; j <= plan.level; ++j) {
-        const auto runs = runs_of<const float>(topology_, j, g * lanes_, used(g), from);
-        kernels().load_runs(plan.vertex_places[j - 1], runs.data(), used(g), v);
+        kernels().load_runs(plan.vertex_places[j - 1], face_runs<const float>(j, g, from).data(), used(g), true, v);
+        for (unsigned s = 0; s < 3; ++s)
+            kernels().load_runs(plan.side_vertex_places[s][j - 1],
+                                side_runs<const float>(j, g, s, from, nothing_.data()).data(), used(g), false, v);
     }
-    visit_sides(plan, g, [&](std::size_t at, std::uint32_t to) { copy_in(from[at], v + to, lanes_); });
+    visit_corners(plan, g, [&](std::uint32_t corner, std::uint32_t to) { copy_in(from[corner], v + to, lanes_); });
 }
 
-void PatchTransform::State::store_vertices(const LevelPlan& plan, std::uint32_t g, const float* v, Vec3f* to) const {
+void PatchTransform::State::store_vertices(const LevelPlan& plan, std::uint32_t g, const float* v, Vec3f* to) {
     v += vertices_of(plan, g);
     for (unsigned j = 1; j <= plan.level; ++j) {
-        const auto runs = runs_of<float>(topology_, j, g * lanes_, used(g), to);
-        kernels().store_runs(plan.vertex_places[j - 1], runs.data(), used(g), v);
+        kernels().store_runs(plan.vertex_places[j - 1], face_runs<float>(j, g, to).data(), used(g), true, v);
+        for (unsigned s = 0; s < 3; ++s)
+            kernels().store_runs(plan.side_vertex_places[s][j - 1], side_runs<float>(j, g, s, to, nowhere(g)).data(),
+                                 used(g), false, v);
     }
-    visit_sides(plan, g, [&](std::size_t at, std::uint32_t from) { to[at] = copy_out(v + from, lanes_); });
+    visit_corners(plan, g, [&](std::uint32_t corner, std::uint32_t from) { to[corner] = copy_out(v + from, lanes_); });
 }
 
 }  // namespace mvw

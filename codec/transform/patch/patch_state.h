@@ -98,11 +98,19 @@ struct PatchTransform::State {
 
     // Between hierarchical arrays and groups (patch_io.cpp).
     void load_details(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, Field& field) const;
-    void store_details(const LevelPlan& plan, std::uint32_t g, Field& field, Vec3f* to) const;
+    void store_details(const LevelPlan& plan, std::uint32_t g, Field& field, Vec3f* to);
     void load_vertices(const LevelPlan& plan, std::uint32_t g, const Vec3f* from, float* v) const;
-    void store_vertices(const LevelPlan& plan, std::uint32_t g, const float* v, Vec3f* to) const;
+    void store_vertices(const LevelPlan& plan, std::uint32_t g, const float* v, Vec3f* to);
+    template <typename Float>
+    using Runs = std::array<Float*, 16>;  // by lane
+    template <typename Float, typename Vec>
+    Runs<Float> face_runs(unsigned level, std::uint32_t g, Vec* array) const;
+    template <typename Float, typename Vec>
+    Runs<Float> side_runs(unsigned level, std::uint32_t g, unsigned s, Vec* array, Float* others) const;
     template <typename Visit>
-    void visit_sides(const LevelPlan& plan, std::uint32_t g, Visit visit) const;
+    void visit_corners(const LevelPlan& plan, std::uint32_t g, Visit visit) const;
+    /// Where group g may write what no one reads, a side's worth.
+    [[nodiscard]] float* nowhere(std::uint32_t g) { return nowhere_.data() + g * nothing_.size(); }
 
     // Stages of a step (patch_transform.cpp), in this order; which of them run depends on the transform. Each needs the
     // one before of the groups around.
@@ -221,6 +229,7 @@ struct PatchTransform::State {
     std::vector<LevelPlan> plans_;
     Field positions_, second_;
     Floats normals_, shapes_;
+    Floats nothing_, nowhere_;  // stand in for the sides that others own: zeros; for writing, apart for each group
     std::vector<Vec3f> corner_normals_, corner_shapes_, loop_specials_;
     GroupGraph around_;
     std::vector<Stage> synthesis_stages_, analysis_stages_;

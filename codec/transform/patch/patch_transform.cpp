@@ -54,6 +54,8 @@ PatchTransform::State::State(const BaseMesh& base, unsigned levels, const Transf
     const std::size_t floats = positions_.arrived.back().size();
     if (projected_ || options.local_frames) normals_ = Floats(floats);
     if (finds_shapes()) shapes_ = Floats(floats);
+    nothing_ = Floats(std::size_t{3} << (levels - 1));
+    nowhere_ = Floats(groups_ * nothing_.size());
     if (rule_ == PredictRule::Loop) {
         positions_.evens = Floats(floats);
         loop_specials_.resize((std::size_t{3} * faces()) << (levels - 1));
@@ -428,8 +430,8 @@ void PatchTransform::State::analyze(unsigned w, const Vec3f* positions, Vec3f* c
 }
 
 std::size_t PatchTransform::State::memory_bytes() const {
-    std::size_t floats = normals_.size() + shapes_.size() + keep_.size() + 3 * loop_specials_.size() +
-                         around_.first.size() + around_.next.size() + 2 * links_.size();
+    std::size_t floats = normals_.size() + shapes_.size() + nothing_.size() + nowhere_.size() + keep_.size() +
+                         3 * loop_specials_.size() + around_.first.size() + around_.next.size() + 2 * links_.size();
     for (const Field* field : {&positions_, &second_}) {
         floats += field->shares.size() + field->evens.size() + field->details.size() + 4 * field->listed.size();
         for (const auto& level : field->arrived) floats += level.size();

@@ -147,6 +147,13 @@ class PlanBuilder {
             visit_run(1 << j,
                       [&](int i, int k) { add(plan_.vertex_places[j - 1], plan_.layout.at(i * step, k * step)); });
         }
+        for (unsigned s = 0; s < 3; ++s) {
+            for (const std::uint32_t edge : plan_.side_edges[s]) add(plan_.side_detail_places[s], edge);
+            plan_.side_vertex_places[s].resize(plan_.level);
+            for (unsigned j = 1; j <= plan_.level; ++j)
+                for (int step = n_ >> j, t = step; t < n_; t += 2 * step)
+                    add(plan_.side_vertex_places[s][j - 1], plan_.side_points[s][static_cast<std::size_t>(t)]);
+        }
     }
 
     void list_edges(const ListedStencils& stencils) {
@@ -292,6 +299,10 @@ std::size_t LevelPlan::memory_bytes() const {
         for (std::size_t t = 0; t < 3; ++t) bytes += bytes_of(side_vertices[s][t]) + bytes_of(ghosts[s][t]);
     }
     for (const auto& places : vertex_places) bytes += bytes_of(places);
+    for (std::size_t s = 0; s < 3; ++s) {
+        bytes += bytes_of(side_detail_places[s]);
+        for (const auto& places : side_vertex_places[s]) bytes += bytes_of(places);
+    }
     return bytes;
 }
 

@@ -43,10 +43,13 @@ struct LevelPlan {
     std::vector<std::uint32_t> collected_fixes;
     PatchRuns first_fix, first_collected_fix;
 
-    // Places of the floats of a face's runs in hierarchical order (Kernels::load_runs): of the details, and of the
-    // vertices born on levels 1 ... level.
-    std::vector<std::uint32_t> detail_places;
-    std::vector<std::vector<std::uint32_t>> vertex_places;
+    // Places of the floats of runs in hierarchical order (Kernels::load_runs): of a face's details, and of its vertices
+    // born on levels 1 ... level; the same of each side.
+    using Places = std::vector<std::uint32_t>;
+    Places detail_places;
+    std::vector<Places> vertex_places;
+    std::array<Places, 3> side_detail_places;
+    std::array<std::vector<Places>, 3> side_vertex_places;
 
     std::vector<ListedEdge> listed;  // by owning patch, then in any order
     PatchRuns first_listed;

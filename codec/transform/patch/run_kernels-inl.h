@@ -48,7 +48,7 @@ HWY_INLINE void transpose([[maybe_unused]] Pack<W> (&rows)[kLanes<W>]) {
 /// Asks for the cache lines in which the next group's runs have what this group's have at `at`: runs of a level follow
 /// one another face by face, too short for the machine to foresee their starts.
 template <int W, bool kWrite>
-HWY_INLINE void foresee(const float* const* runs, std::size_t length, std::size_t at) {
+HWY_INLINE void foresee_runs(const float* const* runs, std::size_t length, std::size_t at) {
     constexpr std::size_t kLine = 16;
     if (at % kLine != 0) return;
     for (std::size_t lane = 0; lane < W; ++lane)
@@ -57,7 +57,8 @@ HWY_INLINE void foresee(const float* const* runs, std::size_t length, std::size_
 }
 
 template <int W>
-void load_runs(const std::vector<std::uint32_t>& run_places, const float* const* runs, unsigned used, float* to) {
+void load_runs(const std::vector<std::uint32_t>& run_places, const float* const* runs, unsigned used, bool follow,
+               float* to) {
     constexpr int B = W < 8 ? W : 8;
     constexpr std::size_t N = kLanes<B>;
     const std::size_t length = run_places.size();
@@ -65,7 +66,7 @@ void load_runs(const std::vector<std::uint32_t>& run_places, const float* const*
     std::size_t at = 0;
     if (used == W)
         for (; at + N <= length; at += N) {
-            foresee<W, false>(runs, length, at);
+            if (follow) foresee_runs<W, false>(runs, length, at);
             for (std::size_t part = 0; part < W; part += N) {
                 Pack<B> rows[N];
                 for (std::size_t r = 0; r < N; ++r) rows[r] = load<B>(runs[part + r] + at);
@@ -78,7 +79,8 @@ void load_runs(const std::vector<std::uint32_t>& run_places, const float* const*
 }
 
 template <int W>
-void store_runs(const std::vector<std::uint32_t>& run_places, float* const* runs, unsigned used, const float* from) {
+void store_runs(const std::vector<std::uint32_t>& run_places, float* const* runs, unsigned used, bool follow,
+                const float* from) {
     constexpr int B = W < 8 ? W : 8;
     constexpr std::size_t N = kLanes<B>;
     const std::size_t length = run_places.size();
@@ -86,7 +88,7 @@ void store_runs(const std::vector<std::uint32_t>& run_places, float* const* runs
     std::size_t at = 0;
     if (used == W)
         for (; at + N <= length; at += N) {
-            foresee<W, true>(runs, length, at);
+            if (follow) foresee_runs<W, true>(runs, length, at);
             for (std::size_t part = 0; part < W; part += N) {
                 Pack<B> rows[N];
                 for (std::size_t r = 0; r < N; ++r) rows[r] = load<B>(from + places[at + r] + part);
@@ -111,17 +113,6 @@ void add_back(std::span<const Copy> copies, const float* from, float* to) {
         const float x = from[c.to], y = from[c.to + W], z = from[c.to + 2 * W];
         to[c.from] += x, to[c.from + W] += y, to[c.from + 2 * W] += z;
     }
-}
-template <int W>
-void load_points(std::span<const std::uint32_t> places, const Vec3f* from, float* to) {
-    for (const std::uint32_t place : places) {
-        const Vec3f p = *from++;
-        to[place] = p.x, to[place + W] = p.y, to[place + 2 * W] = p.z;
-    }
-}
-template <int W>
-void store_points(std::span<const std::uint32_t> places, const float* from, Vec3f* to) {
-    for (const std::uint32_t place : places) *to++ = {from[place], from[place + W], from[place + 2 * W]};
 }
 template <int W>
 void clear_points(std::span<const std::uint32_t> places, float* to) {
