@@ -71,8 +71,11 @@ Result<Image> sequence(const Model& model, const std::vector<std::vector<std::ve
     return contact_sheet(entries, L + 1);
 }
 
+/// How the paper's two claims fare, over all models.
 struct Counts {
     unsigned points = 0, beats_loop = 0, beats_lazy = 0;
+    bool loop_diverges = true;    // lazy Loop: each analysis adds error, everywhere
+    std::string least, exceeded;  // by model: where interp's error is least; where it ends above the noise
 };
 
 Result<void> add_model(Page& page, const Model& model, Counts& counts, std::vector<std::vector<std::string>>& cells) {
@@ -101,12 +104,43 @@ Result<void> add_model(Page& page, const Model& model, Counts& counts, std::vect
         counts.beats_loop += errors[2][i] < errors[0][i] ? 1 : 0;
         counts.beats_lazy += errors[2][i] < errors[1][i] ? 1 : 0;
     }
+    const std::vector<double>& own = errors[2];
+    const auto least = std::min_element(own.begin(), own.end());
+    counts.least += fmt::format("{}{} after {} ({} of the noise)", counts.least.empty() ? "" : ", ", model.name,
+                                least - own.begin(), digits(*least / own[0], 2));
+    if (own[L] > own[0])
+        counts.exceeded +=
+            fmt::format("{}{} ({} times)", counts.exceeded.empty() ? "" : ", ", model.name, digits(own[L] / own[0], 2));
+    counts.loop_diverges = counts.loop_diverges && std::is_sorted(errors[3].begin(), errors[3].end());
     if (auto written = page.plot("noise_" + model.name, chart.svg(), "Figure 7, " + model.name); !written.ok())
         return written;
     rows.resize(kShown);
     const Result<Image> picture = sequence(model, rows);
     if (!picture.ok()) return picture.error();
     return write_png(page.path("noise_sequence_" + model.name + ".png"), *picture);
+}
+
+std::string verdict_on(const Counts& counts) {
+    std::string text = fmt::format(
+        "Lifted interpolatory wavelets have the smaller error than lazy ones at {} of {} levels and than "
+        "10-point Loop at {} of {}.",
+        counts.beats_lazy, counts.points, counts.beats_loop, counts.points);
+    text += counts.beats_lazy + counts.beats_loop == 2 * counts.points
+                ? " The paper&rsquo;s order holds on every model and level."
+                : " Where the paper&rsquo;s order fails, it is the model that decides: see the table.";
+    text += fmt::format(" Its error is least on {}; from there on more of the shape is lost than of the noise removed.",
+                        counts.least);
+    text += counts.exceeded.empty()
+                ? " It stays below the noise to the last analysis, as the paper says."
+                : fmt::format(
+                      " That errors do not increase much holds for few analyses only: after the last one they "
+                      "are larger than the noise itself on {}, whose base cannot hold the shape.",
+                      counts.exceeded);
+    if (counts.loop_diverges)
+        text +=
+            " Lazy Loop, which the paper does not show, is unstable: its errors grow with every analysis, since each "
+            "inverts an averaging without a lift.";
+    return text;
 }
 
 }  // namespace
@@ -136,15 +170,7 @@ Result<void> add_noise(Page& page, const std::vector<Model>& models) {
             "Figure 8, " + model.name + ": low-pass versions of the noisy mesh, one row a transform, levels falling");
     page.numbers["noise"]["counts"] = {
         {"points", counts.points}, {"interp_beats_loop", counts.beats_loop}, {"interp_beats_lazy", counts.beats_lazy}};
-    page.verdict(
-        fmt::format("Lifted interpolatory wavelets have the smaller error than lazy ones at {} of {} levels and than "
-                    "10-point Loop at "
-                    "{} of {}. Where the paper&rsquo;s order fails, Loop&rsquo;s averaging of the old vertices removes "
-                    "more noise in the first "
-                    "analyses than interpolation can; on coarse levels its analysis, the inverse of an averaging, "
-                    "moves vertices further. "
-                    "Lazy Loop, which the paper does not show, is unstable: its errors grow with every analysis.",
-                    counts.beats_lazy, counts.points, counts.beats_loop, counts.points));
+    page.verdict(verdict_on(counts));
     return {};
 }
 
