@@ -12,7 +12,7 @@ namespace mvw {
 
 namespace {
 
-constexpr std::uint32_t kSamplesOnTheWay = 40'000;
+constexpr std::uint32_t kSamplesOnTheWay = 16'000;
 constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
 constexpr std::size_t kFewChunks = 48;            // measured at each
 constexpr std::uint64_t kManyVertices = 150'000;  // measured at fewer points
@@ -31,8 +31,8 @@ struct Point {
 
 /// Decodes as a client would and measures: at first, wherever the estimate or the bytes have changed enough since the
 /// last time, and at the end.
-std::vector<Point> measure(const Mesh& input, const std::vector<PlannedChunk>& plan, ByteSpan file, SurfaceError& last,
-                           const EncodeOptions& options) {
+std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedChunk>& plan, ByteSpan file,
+                           SurfaceError& last, const EncodeOptions& options) {
     std::vector<Point> points;
     Decoder decoder;
     (void)decoder.feed_header(file).ok();
@@ -52,7 +52,7 @@ std::vector<Point> measure(const Mesh& input, const std::vector<PlannedChunk>& p
         error = plan[i].error;
         bytes_then = bytes;
         const SurfaceError e =
-            surface_error(input, *mesh, {end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads});
+            input.reference().error_of(*mesh, {end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads, end});
         points.push_back({i, std::sqrt(plan[i].error), e.rms});
         if (end) last = e;
         if (options.progress) options.progress("measure", double(i + 1) / double(plan.size()));
@@ -86,7 +86,7 @@ void calibrate(std::vector<PlannedChunk>& plan, const std::vector<Point>& points
 
 }  // namespace
 
-SurfaceError measure_errors(const Mesh& input, ByteSpan file, std::vector<PlannedChunk>& plan,
+SurfaceError measure_errors(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan,
                             const EncodeOptions& options) {
     SurfaceError error;
     calibrate(plan, measure(input, plan, file, error, options));

@@ -2,16 +2,16 @@
 #pragma once
 #include <vector>
 
+#include "codec/enc_input.h"
 #include "codec/enc_order.h"
 #include "codec/encoder.h"
-#include "codec/measure/surface_error.h"
 
 namespace mvw {
 
 /// file: of the planned chunks. Decodes it chunk after chunk as a client would, measures against `input` wherever the
 /// estimate or the bytes have changed enough, and replaces each chunk's estimated mean squared error by an RMS error,
 /// in the plan and in the payload's error code. Returns the whole file's error.
-SurfaceError measure_errors(const Mesh& input, ByteSpan file, std::vector<PlannedChunk>& plan,
+SurfaceError measure_errors(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan,
                             const EncodeOptions& options);
 
 }  // namespace mvw

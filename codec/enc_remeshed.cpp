@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
+#include <optional>
 
-#include "codec/container/enc_file.h"
 #include "codec/decoder.h"
+#include "codec/enc_adapt.h"
 #include "codec/enc_errors.h"
 #include "codec/enc_original.h"
-#include "codec/enc_snap.h"
-#include "codec/measure/surface_error.h"
+#include "codec/remesh/parallel.h"
 
 namespace mvw {
 
@@ -24,7 +23,7 @@ constexpr unsigned kMostTiles = 64;
 constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles would have fewer vertices, are not tiled
 constexpr std::size_t kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
-constexpr std::uint32_t kSamplesForChoice = 20'000;
+constexpr std::uint32_t kSamplesForChoice = 16'000;
 constexpr unsigned kBudgets = 5;         // sizes at which files are compared, ...
 constexpr double kLeastBudget = 1024;    // ... none below
 constexpr double kMostLost = 0.7;        // dB of the whole file that better beginnings may cost, ...
@@ -51,10 +50,10 @@ Mesh finest_mesh(const std::vector<SemiRegularMesh>& parts) {
     return out;
 }
 
-Result<void> box_of(const Mesh& input, FileHeader& header) {
-    const Box box = bounding_box(input);
-    const Vec3 c = box.center();
-    return set_box(header, {c.x, c.y, c.z}, box.diagonal());
+Mesh in_model_units(Mesh mesh, const FileHeader& header) {
+    const Vec3 center{header.center[0], header.center[1], header.center[2]};
+    for (Vec3& p : mesh.positions) p = p * header.diagonal + center;
+    return mesh;
 }
 
 PartPrecision precision_of(const SemiRegularMesh& part, const EncodeOptions& options, double remesh_error) {
@@ -113,34 +112,20 @@ struct CodedModel {
     OrderOptions order;
 };
 
-double remeshing_error(const Mesh& input, const std::vector<SemiRegularMesh>& parts, const EncodeOptions& options) {
-    return surface_error(input, finest_mesh(parts), {kSamplesForRemeshing, options.threads}).rms;
-}
-
 /// A file keeps s as a float: the encoder has to transform with that one.
 TransformOptions as_stored(TransformOptions transform) {
     if (transform.s != TransformOptions{}.s) transform.s = static_cast<double>(static_cast<float>(transform.s));
     return transform;
 }
 
-/// The faces of the input that one part stands for, in coded units; vertices are all of the input's.
-Mesh surface_of(const Mesh& input, const std::vector<std::uint32_t>& part_of_face, std::uint32_t part,
-                const FileHeader& header) {
-    Mesh out;
-    const Vec3 center{header.center[0], header.center[1], header.center[2]};
-    for (const Vec3& p : input.positions) out.positions.push_back((p - center) / header.diagonal);
-    for (std::size_t f = 0; f < input.faces.size(); ++f)
-        if (part_of_face[f] == part) out.faces.push_back(input.faces[f]);
-    return out;
-}
-
 /// What is to be coded, and how finely each part.
 struct Source {
-    const Mesh& input;
-    const EncodeOptions& options;
-    RemeshResult remeshed;  // positions in coded units
+    EncoderInput& input;
+    EncodeOptions options;
+    std::vector<SemiRegularMesh> parts;                    // in coded units
+    std::vector<std::unique_ptr<Adaptation>> adaptations;  // none of parts that are coded as they are
     std::vector<PartPrecision> precision;
-    unsigned threads = 1;
+    double alone_area_share = 0;
 };
 
 /// Bits of a grid whose cells are a small part of a base edge.
@@ -151,50 +136,64 @@ unsigned bits_of_snap(const SemiRegularMesh& mesh) {
     return static_cast<unsigned>(std::clamp(std::round(std::log2(kCellsOfEdge / mean)), 4.0, 12.0));
 }
 
-bool can_snap(const Source& source, std::uint32_t part) {
-    return source.options.lossless == 0 && source.remeshed.parts[part].levels > 0 &&
-           source.remeshed.own_vertices[part] == 0;
-}
+/// How bases are laid: as they are, or remeshes adapted to bases of few bits (enc_adapt.h), or of some more.
+struct Way {
+    bool snapped;
+    unsigned finer;
+};
 
-/// snapped: whether remeshed parts are adapted to bases of few bits; finer: by so many more bits.
-void code_parts(const Source& source, bool snapped, unsigned finer, CodedModel& model) {
+void code_parts(const Source& source, const Way& way, unsigned threads, CodedModel& model) {
     model.parts.clear();
     const TransformOptions transform = as_stored(source.options.transform);
-    for (std::uint32_t p = 0; p < source.remeshed.parts.size(); ++p) {
+    for (std::size_t p = 0; p < source.parts.size(); ++p) {
         PartPrecision precision = source.precision[p];
-        const SemiRegularMesh& mesh = source.remeshed.parts[p];
-        if (!snapped || !can_snap(source, p)) {
-            model.parts.push_back(code_part(mesh, transform, precision, {}, source.threads));
-            continue;
+        const SemiRegularMesh& mesh = source.parts[p];
+        Adaptation::Snapped snapped;
+        const bool snaps = way.snapped && source.adaptations[p];
+        if (snaps) {
+            precision.base_bits = bits_of_snap(mesh) + way.finer;
+            snapped = source.adaptations[p]->snap(precision.base_bits, threads);
         }
-        SemiRegularMesh adapted = mesh;
-        precision.base_bits = bits_of_snap(mesh) + finer;
-        const PartUnits::Grid grid = snap(surface_of(source.input, source.remeshed.part_of_face, p, model.header),
-                                          transform, precision.base_bits, source.threads, adapted);
-        model.parts.push_back(code_part(adapted, transform, precision, grid, source.threads));
+        model.parts.push_back(code_part(snaps ? snapped.mesh : mesh, transform, precision, snapped.grid, threads));
     }
     model.order.layers = layers_of(model.parts);
     model.header.layers = static_cast<std::uint8_t>(model.order.layers);
 }
 
-Source prepare(const Mesh& input, RemeshResult remeshed, const EncodeOptions& options, CodedModel& model) {
-    const double remesh_error = remeshing_error(input, remeshed.parts, options);
-    const Vec3 center{model.header.center[0], model.header.center[1], model.header.center[2]};
-    Source source{input, options, std::move(remeshed), {}, options.threads};
-    if (source.threads == 0) source.threads = std::max(1u, std::thread::hardware_concurrency());
+/// Moves what the remesher made to where it costs less.
+Source adapt(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options) {
+    Source source{input, options, std::move(remeshed.parts), {}, {}, remeshed.alone_area_share};
+    source.adaptations.resize(source.parts.size());
+    for (std::uint32_t p = 0; p < source.parts.size(); ++p) {
+        SemiRegularMesh& mesh = source.parts[p];
+        for (Vec3& x : mesh.positions) x = input.to_coded_units(x);
+        if (options.progress) options.progress("slide", double(p) / double(source.parts.size()));
+        if (options.lossless > 0 || mesh.levels == 0 || remeshed.own_vertices[p] != 0) continue;
+        source.adaptations[p] = std::make_unique<Adaptation>(
+            input.part(remeshed.part_of_face, p), as_stored(options.transform), options.threads, std::move(mesh));
+        source.adaptations[p]->slide(options.threads);
+        mesh = source.adaptations[p]->mesh();
+    }
+    return source;
+}
+
+void describe(Source& source, CodedModel& model) {
+    model.header = source.input.header();
+    const Mesh finest = in_model_units(finest_mesh(source.parts), source.input.header());
+    const double remesh_error =
+        source.input.reference().error_of(finest, {kSamplesForRemeshing, source.options.threads}).rms;
     double whole = 0;
-    for (SemiRegularMesh& mesh : source.remeshed.parts) {
+    for (const SemiRegularMesh& mesh : source.parts) {
         model.order.area_share.push_back(area(finest_mesh({mesh})));
         whole += model.order.area_share.back();
-        source.precision.push_back(precision_of(mesh, options, remesh_error));
-        for (Vec3& p : mesh.positions) p = (p - center) / model.header.diagonal;
+        source.precision.push_back(precision_of(mesh, source.options, remesh_error));
         model.header.parts.push_back(info_of(mesh, source.precision.back()));
     }
     for (double& share : model.order.area_share) share = whole > 0 ? share / whole : 1;
     model.order.floor = remesh_error * remesh_error;
-    const TransformKind kind = options.lossless > 0 ? TransformKind::ButterflyLazy : options.transform.kind;
+    const bool lossless = source.options.lossless > 0;
+    const TransformKind kind = lossless ? TransformKind::ButterflyLazy : source.options.transform.kind;
     model.header.transform = static_cast<std::uint8_t>(kind);
-    return source;
 }
 
 /// Fewer, longer chunks until what is not payload is a small share of the file.
@@ -210,53 +209,30 @@ Result<Bytes> plan_file(CodedModel& model, std::vector<PlannedChunk>& plan) {
     }
 }
 
-/// PSNR of a file's first bytes.
-double psnr_of(const Source& source, ByteSpan file, double bytes) {
-    Decoder decoder;
-    (void)decoder.feed(file.first(static_cast<std::size_t>(std::min(bytes, double(file.size()))))).ok();
-    decoder.finish();
-    const Result<Mesh> mesh = decoder.mesh();
-    if (!mesh.ok() || !measurable(*mesh)) return kNothing;
-    return std::min(surface_error(source.input, *mesh, {kSamplesForChoice, source.threads}).psnr, kExact);
-}
+/// How good a file is, by what it decodes to.
+struct Quality {
+    double mean = 0;   // PSNR of beginnings of sizes that matter: 0.2 to 3 bits for each of the input's vertices
+    double whole = 0;  // PSNR of all of it
+};
 
-/// Mean PSNR of a file's beginnings, of sizes that matter: from 0.2 to 3 bits for each of the input's vertices.
-double score(const Source& source, ByteSpan file) {
-    const double bits = double(source.input.positions.size()) / 8;
+Quality quality_of(const EncoderInput& input, ByteSpan file, unsigned threads) {
+    const double bits = double(input.mesh().positions.size()) / 8;
     const double least = std::max(kLeastBudget, 0.2 * bits), most = std::max(2 * least, 3 * bits);
-    double sum = 0;
-    for (unsigned k = 0; k < kBudgets; ++k)
-        sum += psnr_of(source, file, least * std::pow(most / least, double(k) / (kBudgets - 1)));
-    return sum / kBudgets;
-}
-
-/// Of the ways to lay the bases: the one whose file measures best, if the whole file is as good as without or enough.
-Result<Bytes> best_file(const Source& source, CodedModel& model, std::vector<PlannedChunk>& plan, double& best_score) {
-    struct Way {
-        bool snapped;
-        unsigned finer;
+    Decoder decoder;
+    std::size_t fed = 0;
+    const auto psnr_of_first = [&](double bytes) {
+        const std::size_t end = std::min(static_cast<std::size_t>(bytes), file.size());
+        (void)decoder.feed(file.subspan(fed, end - fed)).ok();
+        fed = end;
+        const Result<Mesh> mesh = decoder.mesh();
+        if (!mesh.ok() || !measurable(*mesh)) return kNothing;
+        return std::min(input.reference().error_of(*mesh, {kSamplesForChoice, threads, false}).psnr, kExact);
     };
-    std::vector<Way> ways{{false, 0}};
-    for (std::uint32_t p = 0; p < source.remeshed.parts.size() && ways.size() == 1; ++p)
-        if (can_snap(source, p)) ways.insert(ways.end(), {{true, 0}, {true, 1}});
-    const CodedModel start = model;
-    Bytes best;
-    double least_whole = 0;
-    for (std::size_t w = 0; w < ways.size(); ++w) {
-        CodedModel tried = start;
-        std::vector<PlannedChunk> tried_plan;
-        code_parts(source, ways[w].snapped, ways[w].finer, tried);
-        Result<Bytes> file = plan_file(tried, tried_plan);
-        if (!file.ok()) return file;
-        const double s = ways.size() > 1 ? score(source, *file) : 0;
-        if (source.options.progress) source.options.progress("choose", double(w + 1) / double(ways.size()));
-        const double whole = ways.size() > 1 ? psnr_of(source, *file, double(file->size())) : 0;
-        if (w == 0) least_whole = std::min(whole - kMostLost, kEnough);
-        if (w > 0 && (s <= best_score || whole < least_whole)) continue;
-        best = std::move(*file), best_score = s;
-        model = std::move(tried), plan = std::move(tried_plan);
-    }
-    return best;
+    Quality quality;
+    for (unsigned k = 0; k < kBudgets; ++k)
+        quality.mean += psnr_of_first(least * std::pow(most / least, double(k) / (kBudgets - 1))) / kBudgets;
+    quality.whole = psnr_of_first(std::max(double(fed), double(file.size())));
+    return quality;
 }
 
 Result<void> add_original(const Mesh& input, const FileHeader& header, const EncodeOptions& options,
@@ -294,12 +270,28 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
 }  // namespace
 
 struct Draft::State {
-    const Mesh& input;
-    const EncodeOptions& options;
-    CodedModel model;
-    std::vector<PlannedChunk> plan;
-    Bytes file;
-    double score = 0, alone_area_share = 0;
+    Source source;
+    CodedModel described;  // no parts yet
+    /// One way to code it.
+    struct Coded {
+        CodedModel model;
+        std::vector<PlannedChunk> plan;
+        Bytes file;
+        std::optional<Quality> quality;  // once measured
+    } best;
+
+    Result<Coded> code(const Way& way, unsigned threads) const {
+        Coded out{described, {}, {}, {}};
+        code_parts(source, way, threads, out.model);
+        Result<Bytes> file = plan_file(out.model, out.plan);
+        if (!file.ok()) return file.error();
+        out.file = std::move(*file);
+        return out;
+    }
+    const Quality& quality(Coded& coded, unsigned threads) const {
+        if (!coded.quality) coded.quality = quality_of(source.input, coded.file, threads);
+        return *coded.quality;
+    }
 };
 
 Draft::Draft(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -307,42 +299,66 @@ Draft::~Draft() = default;
 Draft::Draft(Draft&&) noexcept = default;
 Draft& Draft::operator=(Draft&&) noexcept = default;
 
-Result<Draft> Draft::make(const Mesh& input, RemeshResult remeshed, const EncodeOptions& options) {
-    auto state = std::make_unique<State>(State{input, options, {}, {}, {}, 0, remeshed.alone_area_share});
-    if (const Result<void> r = box_of(input, state->model.header); !r.ok()) return r.error();
-    const Source source = prepare(input, std::move(remeshed), options, state->model);
-    Result<Bytes> file = best_file(source, state->model, state->plan, state->score);
-    if (!file.ok()) return file.error();
-    state->file = std::move(*file);
+Result<Draft> Draft::make(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options) {
+    auto state = std::make_unique<State>(State{adapt(input, std::move(remeshed), options), {}, {}});
+    describe(state->source, state->described);
+    Result<State::Coded> coded = state->code({false, 0}, options.threads);
+    if (!coded.ok()) return coded.error();
+    state->best = std::move(*coded);
     return Draft(std::move(state));
 }
 
-double Draft::score() const {
-    return state_->score;
+double Draft::score() {
+    return state_->quality(state_->best, state_->source.options.threads).mean;
 }
 
 double Draft::remeshing_error() const {
-    return std::sqrt(state_->model.order.floor);
+    return std::sqrt(state_->described.order.floor);
 }
 
-Result<void> Draft::finish(Encoded& out) {
+Result<void> Draft::choose_base_grid(unsigned threads) {
     State& s = *state_;
-    const SurfaceError error = measure_errors(s.input, s.file, s.plan, s.options);
-    if (const Result<void> r = add_original(s.input, s.model.header, s.options, s.plan); !r.ok()) return r;
-    Result<Bytes> file = write_file(s.model.header, to_write(s.plan));
-    if (!file.ok()) return file.error();
-    out.file = std::move(*file);
-    out.draco_area_share = s.alone_area_share;
-    out.rms = error.rms;
-    out.max = error.max;
-    out.psnr = error.psnr;
-    report(s.model, s.plan, out);
+    const auto adapted = [](const auto& adaptation) { return adaptation != nullptr; };
+    if (std::none_of(s.source.adaptations.begin(), s.source.adaptations.end(), adapted)) return {};
+    const double least_whole = std::min(s.quality(s.best, threads).whole - kMostLost, kEnough);
+    const auto coded_and_measured = [&](const Way& way, unsigned of_threads) {
+        Result<State::Coded> coded = s.code(way, of_threads);
+        if (coded.ok()) (void)s.quality(*coded, of_threads);
+        return coded;
+    };
+    std::optional<Result<State::Coded>> coarse, fine;
+    side_by_side(
+        threads,
+        [&](unsigned share) {
+            coarse = coded_and_measured({true, 0}, share);
+        },
+        [&](unsigned share) {
+            fine = coded_and_measured({true, 1}, share);
+        });
+    for (Result<State::Coded>* coded : {&*coarse, &*fine}) {
+        if (!coded->ok()) return coded->error();
+        const Quality& quality = *(*coded)->quality;
+        if (quality.mean > s.best.quality->mean && quality.whole >= least_whole) s.best = std::move(**coded);
+    }
     return {};
 }
 
-Result<void> encode_remeshed(const Mesh& input, RemeshResult remeshed, const EncodeOptions& options, Encoded& out) {
-    Result<Draft> draft = Draft::make(input, std::move(remeshed), options);
-    return draft.ok() ? draft->finish(out) : Result<void>(draft.error());
+Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
+    State& s = *state_;
+    if (options.progress) options.progress("choose", 0);
+    if (const Result<void> r = choose_base_grid(options.threads); !r.ok()) return r;
+    const SurfaceError error = measure_errors(s.source.input, s.best.file, s.best.plan, options);
+    if (const Result<void> r = add_original(s.source.input.mesh(), s.best.model.header, options, s.best.plan); !r.ok())
+        return r;
+    Result<Bytes> file = write_file(s.best.model.header, to_write(s.best.plan));
+    if (!file.ok()) return file.error();
+    out.file = std::move(*file);
+    out.draco_area_share = s.source.alone_area_share;
+    out.rms = error.rms;
+    out.max = error.max;
+    out.psnr = error.psnr;
+    report(s.best.model, s.best.plan, out);
+    return {};
 }
 
 }  // namespace mvw

@@ -1,11 +1,12 @@
 #include "codec/encoder.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <thread>
 
 #include "codec/enc_remeshed.h"
-#include "codec/enc_slide.h"
-#include "codec/measure/surface_error.h"
+#include "codec/remesh/parallel.h"
 
 namespace mvw {
 
@@ -13,26 +14,13 @@ namespace {
 
 constexpr std::size_t kMostToTry = 150'000;  // vertices of a model for which several remeshes are made
 constexpr double kBaseFactor = 1.6;          // from one base to the next
-constexpr unsigned kTries = 2;               // of other bases
 constexpr double kLeastGain = 0.1;           // dB; less is chance
 constexpr double kMostLoss = 1.3;            // of the remeshing error, against that of the first base, ...
 constexpr double kSmallError = 3e-5;         // ... or what is small of the diagonal
 
-/// The faces of the input that one part stands for; its vertices are all of the input's.
-Mesh input_of(const Mesh& input, const RemeshResult& remeshed, std::uint32_t part) {
-    Mesh out{input.positions, {}, input.colors, {}};
-    for (std::size_t f = 0; f < input.faces.size(); ++f)
-        if (remeshed.part_of_face[f] == part) out.faces.push_back(input.faces[f]);
-    return out;
-}
-
-void slide_parts(const Mesh& input, const EncodeOptions& options, RemeshResult& remeshed) {
-    const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-    for (std::uint32_t part = 0; part < remeshed.parts.size(); ++part) {
-        if (remeshed.parts[part].levels > 0 && remeshed.own_vertices[part] == 0)
-            slide(input_of(input, remeshed, part), options.transform, threads, remeshed.parts[part]);
-        if (options.progress) options.progress("slide", double(part + 1) / double(remeshed.parts.size()));
-    }
+EncodeOptions with_threads(EncodeOptions options, unsigned threads) {
+    options.threads = threads;
+    return options;
 }
 
 RemeshOptions remeshing_of(const EncodeOptions& options, unsigned base_faces) {
@@ -67,46 +55,65 @@ Result<RemeshResult> own_parts(const Mesh& mesh, const EncodeOptions& options) {
                  "(--keep-original keeps any mesh)"};
 }
 
-Result<Draft> lossless_draft(const Mesh& mesh, const EncodeOptions& options) {
-    Result<RemeshResult> parts = own_parts(mesh, options);
-    return parts.ok() ? Draft::make(mesh, std::move(*parts), options) : Result<Draft>(parts.error());
+Result<Draft> draft_of_base(EncoderInput& input, unsigned base_faces, const EncodeOptions& options) {
+    return Draft::make(input, remesh(input.mesh(), remeshing_of(options, base_faces)), options);
 }
 
 /// The draft of the base that measures best. Sharp models may want larger bases than decimation stops at, smooth ones
-/// smaller ones.
-Result<Draft> best_draft(const Mesh& mesh, const EncodeOptions& options) {
-    const auto make = [&](RemeshResult remeshed) {
-        slide_parts(mesh, options, remeshed);
-        return Draft::make(mesh, std::move(remeshed), options);
+/// smaller ones. Two drafts are made at a time.
+Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
+    RemeshResult remeshed = remesh(input.mesh(), remeshing_of(options, options.base_faces));
+    const unsigned base = base_to_vary(input.mesh(), remeshed, options);
+    if (base == 0) return Draft::make(input, std::move(remeshed), options);
+    const double factor = remeshed.parts[0].creases.empty() ? 1 / kBaseFactor : kBaseFactor;
+    const auto faces = [&](int steps) { return static_cast<unsigned>(base * std::pow(factor, steps)); };
+    std::optional<Result<Draft>> first, second;
+    const auto measured = [](Result<Draft> draft) {
+        if (draft.ok()) (void)draft->score();
+        return draft;
     };
-    if (options.lossless > 0) return lossless_draft(mesh, options);
-    RemeshResult remeshed = remesh(mesh, remeshing_of(options, options.base_faces));
-    const unsigned base = base_to_vary(mesh, remeshed, options);
-    const double factor = base > 0 && remeshed.parts[0].creases.empty() ? 1 / kBaseFactor : kBaseFactor;
-    Result<Draft> best = make(std::move(remeshed));
-    if (base == 0 || !best.ok()) return best;
-    const double most_error = kMostLoss * std::max(best->remeshing_error(), kSmallError);
-    double faces = base * factor;
-    for (unsigned k = 0; k < kTries; ++k, faces *= factor) {
-        Result<Draft> other = make(remesh(mesh, remeshing_of(options, static_cast<unsigned>(faces))));
-        if (!other.ok()) return other;
-        if (other->remeshing_error() > most_error || other->score() < best->score() + kLeastGain) break;
-        best = std::move(other);
-    }
-    return best;
+    side_by_side(
+        options.threads,
+        [&](unsigned threads) {
+            first = measured(Draft::make(input, std::move(remeshed), with_threads(options, threads)));
+        },
+        [&](unsigned threads) {
+            EncodeOptions silent = with_threads(options, threads);
+            silent.progress = {};
+            second = measured(draft_of_base(input, faces(1), silent));
+        });
+    if (!first->ok()) return first->error();
+    if (!second->ok()) return second->error();
+    const double most_error = kMostLoss * std::max((*first)->remeshing_error(), kSmallError);
+    const auto is_better = [&](Draft& draft, Draft& than) {
+        return draft.remeshing_error() <= most_error && draft.score() >= than.score() + kLeastGain;
+    };
+    if (!is_better(**second, **first)) return std::move(*first);
+    Result<Draft> third = draft_of_base(input, faces(2), options);
+    if (!third.ok() || is_better(*third, **second)) return third;
+    return std::move(*second);
+}
+
+Result<Draft> lossless_draft(EncoderInput& input, const EncodeOptions& options) {
+    Result<RemeshResult> parts = own_parts(input.mesh(), options);
+    return parts.ok() ? Draft::make(input, std::move(*parts), options) : Result<Draft>(parts.error());
 }
 
 }  // namespace
 
-Result<Encoded> encode(Mesh mesh, const EncodeOptions& options) {
+Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
     Encoded out;
     mesh = clean(std::move(mesh), out.cleaning);
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, "no face of positive area is left to encode"};
     out.input_vertices = mesh.positions.size();
     out.input_faces = mesh.faces.size();
-    Result<Draft> draft = best_draft(mesh, options);
+    const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+    const EncodeOptions options = with_threads(asked_for, asked_for.threads > 0 ? asked_for.threads : cores);
+    const Result<std::unique_ptr<EncoderInput>> input = EncoderInput::make(mesh, options.threads);
+    if (!input.ok()) return input.error();
+    Result<Draft> draft = options.lossless > 0 ? lossless_draft(**input, options) : best_draft(**input, options);
     if (!draft.ok()) return draft.error();
-    if (const Result<void> r = draft->finish(out); !r.ok()) return r.error();
+    if (const Result<void> r = draft->finish(options, out); !r.ok()) return r.error();
     return out;
 }
 

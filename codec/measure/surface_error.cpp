@@ -27,7 +27,7 @@ double uniform(std::uint64_t counter) {
 /// A surface in the frame where distances are fractions of the reference's diagonal.
 struct Surface {
     std::vector<Vec3> positions;
-    const std::vector<Face>& faces;
+    std::vector<Face> faces;
     std::vector<double> area_until;   // running sum of the faces' areas
     std::vector<std::uint32_t> used;  // vertices that faces use
 
@@ -50,17 +50,20 @@ struct Surface {
         return cross(positions[faces[f][1]] - a, positions[faces[f][2]] - a);
     }
 
-    /// The face on which area `at` is reached; never one without area.
-    [[nodiscard]] std::uint32_t face_at(double at) const {
-        auto it = std::upper_bound(area_until.begin(), area_until.end(), at);
+    /// The face on which area `at` is reached; never one without area. from: a face that does not lie behind it.
+    [[nodiscard]] std::uint32_t face_at(double at, std::uint32_t from) const {
+        auto it = area_until.begin() + from;
+        for (int near = 0; near < 8 && it != area_until.end() && *it <= at; ++near) ++it;
+        if (it != area_until.end() && *it <= at) it = std::upper_bound(it, area_until.end(), at);
         if (it == area_until.end()) it = std::lower_bound(area_until.begin(), area_until.end(), area_until.back());
         return static_cast<std::uint32_t>(it - area_until.begin());
     }
 
     /// Point `i` of `count`, one in each of `count` equal strips of area, uniformly within its face.
+    /// face: in, that of an earlier point or 0; out, this one's.
     [[nodiscard]] Vec3 sample(std::size_t i, std::size_t count, std::uint32_t& face) const {
         const double strip = (static_cast<double>(i) + uniform(3 * i)) / static_cast<double>(count);
-        face = face_at(strip * area_until.back());
+        face = face_at(strip * area_until.back(), face);
         const double r = std::sqrt(uniform(3 * i + 1)), t = uniform(3 * i + 2);
         const Face& f = faces[face];
         return positions[f[0]] * (1 - r) + positions[f[1]] * (r * (1 - t)) + positions[f[2]] * (r * t);
@@ -103,15 +106,17 @@ void for_blocks(std::size_t count, unsigned threads, const Work& work) {
     for (std::thread& t : helpers) t.join();
 }
 
-/// Sums over the distances of points on `from` (samples, then its vertices) to `to`.
-Sums one_way(const Surface& from, const Surface& to, const SurfaceErrorOptions& options) {
-    const SurfaceIndex index(to.positions, to.faces, options.threads);
-    const std::size_t samples = options.samples, points = samples + from.used.size();
+std::size_t points_of(const Surface& surface, const SurfaceErrorOptions& options) {
+    return options.samples + (options.vertices ? surface.used.size() : 0);
+}
+
+/// Sums over the distances of points on `from` (samples, then its vertices) to `to`, which `index` is of.
+Sums one_way(const Surface& from, const Surface& to, const SurfaceIndex& index, const SurfaceErrorOptions& options) {
+    const std::size_t samples = options.samples, points = points_of(from, options);
     std::vector<Sums> partial((points + kBlock - 1) / kBlock);
     for_blocks(points, options.threads, [&](std::size_t block, std::size_t first, std::size_t last) {
-        std::uint32_t near_face = kNone;
+        std::uint32_t near_face = kNone, face = 0;
         for (std::size_t i = first; i < last; ++i) {
-            std::uint32_t face = kNone;
             const Vec3 p = i < samples ? from.sample(i, samples, face) : from.positions[from.used[i - samples]];
             const SurfacePoint hit = index.closest(p, near_face);
             near_face = hit.face;
@@ -144,15 +149,48 @@ bool measurable(const Mesh& mesh) {
     });
 }
 
-SurfaceError surface_error(const Mesh& reference, const Mesh& other, const SurfaceErrorOptions& options) {
-    assert(measurable(reference) && measurable(other));
-    const Box box = bounding_box(reference);
-    const Surface a(reference, box.center(), box.diagonal()), b(other, box.center(), box.diagonal());
+struct ReferenceSurface::State {
+    Vec3 center;
+    double diagonal;
+    Surface surface;
+    SurfaceIndex index;
+
+    State(const Mesh& mesh, const Box& box, unsigned threads)
+        : center(box.center()),
+          diagonal(box.diagonal()),
+          surface(mesh, center, diagonal),
+          index(surface.positions, surface.faces, threads) {}
+};
+
+ReferenceSurface::ReferenceSurface(const Mesh& mesh, unsigned threads)
+    : state_(std::make_unique<State>(mesh, bounding_box(mesh), threads)) {
+    assert(measurable(mesh));
+}
+ReferenceSurface::~ReferenceSurface() = default;
+ReferenceSurface::ReferenceSurface(ReferenceSurface&&) noexcept = default;
+ReferenceSurface& ReferenceSurface::operator=(ReferenceSurface&&) noexcept = default;
+
+SurfaceError ReferenceSurface::error_of(const Mesh& other, const SurfaceErrorOptions& options) const {
+    assert(measurable(other));
+    const Surface &a = state_->surface, b(other, state_->center, state_->diagonal);
+    const SurfaceIndex index(b.positions, b.faces, options.threads);
     SurfaceError error;
-    take_larger(error, one_way(a, b, options), options.samples + a.used.size(), options.samples);
-    take_larger(error, one_way(b, a, options), options.samples + b.used.size(), options.samples);
+    take_larger(error, one_way(a, b, index, options), points_of(a, options), options.samples);
+    take_larger(error, one_way(b, a, state_->index, options), points_of(b, options), options.samples);
     error.psnr = error.rms > 0 ? -20 * std::log10(error.rms) : std::numeric_limits<double>::infinity();
     return error;
+}
+
+SurfacePoint ReferenceSurface::closest(const Vec3& p, std::uint32_t near_face) const {
+    const State& s = *state_;
+    SurfacePoint hit = s.index.closest((p - s.center) / s.diagonal, near_face);
+    hit.point = hit.point * s.diagonal + s.center;
+    hit.distance *= s.diagonal;
+    return hit;
+}
+
+SurfaceError surface_error(const Mesh& reference, const Mesh& other, const SurfaceErrorOptions& options) {
+    return ReferenceSurface(reference, options.threads).error_of(other, options);
 }
 
 std::vector<double> vertex_errors(const Mesh& reference, std::span<const Vec3> positions, unsigned threads) {

@@ -5,13 +5,15 @@
 #include <span>
 #include <vector>
 
+#include "codec/measure/surface_index.h"
 #include "codec/mesh/mesh.h"
 
 namespace mvw {
 
 struct SurfaceErrorOptions {
-    std::uint32_t samples = 1'000'000;  // points laid on each surface by area, fixed seed; its vertices come on top
+    std::uint32_t samples = 1'000'000;  // points laid on each surface by area, fixed seed
     unsigned threads = 0;               // 0: all cores
+    bool vertices = true;               // each surface's vertices are points, too
 };
 
 /// Distances as fractions of the diagonal of the reference's box. All points count alike.
@@ -25,6 +27,25 @@ struct SurfaceError {
 
 /// Whether mesh has a face of positive area and a finite box: what surface_error() asks of both meshes.
 bool measurable(const Mesh& mesh);
+
+/// A surface that others are measured against, and an index of it.
+class ReferenceSurface {
+ public:
+    /// mesh: measurable() (assert), copied. threads: to build the index, 0: all cores. O(F log F).
+    explicit ReferenceSurface(const Mesh& mesh, unsigned threads = 0);
+    ~ReferenceSurface();
+    ReferenceSurface(ReferenceSurface&&) noexcept;
+    ReferenceSurface& operator=(ReferenceSurface&&) noexcept;
+
+    /// As surface_error() of the mesh and `other`.
+    [[nodiscard]] SurfaceError error_of(const Mesh& other, const SurfaceErrorOptions& options = {}) const;
+    /// As SurfaceIndex::closest().
+    [[nodiscard]] SurfacePoint closest(const Vec3& p, std::uint32_t near_face = kNone) const;
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 /// Both meshes must be measurable() (assert). Deterministic for given samples, whatever the thread count. Distances
 /// below 1e-14 of the diagonal, which is all that rounding leaves of equal surfaces, count as zero.

@@ -89,7 +89,7 @@ void Drift::move(const std::vector<Vec3>& steps) {
         });
 }
 
-std::vector<FacePoint> closest_points(const SurfaceIndex& surface, const std::vector<Vec3>& positions,
+std::vector<FacePoint> closest_points(const ReferenceSurface& surface, const std::vector<Vec3>& positions,
                                       unsigned threads) {
     std::vector<FacePoint> points(positions.size());
     parallel_slices(points.size(), threads, [&](std::size_t begin, std::size_t end) {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "codec/measure/surface_index.h"
+#include "codec/measure/surface_error.h"
 #include "codec/remesh/rings.h"
 #include "codec/remesh/self_parameterization.h"
 #include "codec/remesh/surface_walk.h"
@@ -50,7 +50,7 @@ class Drift {
 };
 
 /// The points of an indexed surface that are nearest to `positions`.
-std::vector<FacePoint> closest_points(const SurfaceIndex& surface, const std::vector<Vec3>& positions,
+std::vector<FacePoint> closest_points(const ReferenceSurface& surface, const std::vector<Vec3>& positions,
                                       unsigned threads);
 
 }  // namespace mvw

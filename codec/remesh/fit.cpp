@@ -2,16 +2,20 @@
 
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "codec/measure/surface_index.h"
 #include "codec/remesh/parallel.h"
+#include "codec/remesh/rings.h"
 
 namespace mvw {
 
 namespace {
 
 constexpr double kPlentySamples = 1e6;
+constexpr int kMostSteps = 30;      // of conjugate gradients, ...
+constexpr double kResidual = 1e-3;  // ... or until so much of the residual is left
 
 /// One point of the input with the input's normal there.
 struct Sample {
@@ -20,14 +24,8 @@ struct Sample {
 
 /// One term of the least-squares sum: a sample's closest point on the remesh.
 struct Term {
-    Face vertices{};
+    std::uint32_t triangle = kNone;  // none: not to be used
     std::array<float, 3> weight{};
-    bool used = false;
-
-    /// Value at that point of what is given at the vertices.
-    [[nodiscard]] Vec3 at(const std::vector<Vec3>& x) const {
-        return x[vertices[0]] * weight[0] + x[vertices[1]] * weight[1] + x[vertices[2]] * weight[2];
-    }
 };
 
 Vec3 scaled_normal(const std::vector<Vec3>& positions, const Face& f) {
@@ -56,24 +54,70 @@ std::vector<Sample> lay_samples(const Mesh& input, std::size_t count) {
     return samples;
 }
 
-/// (B^T B + damping) x over the vertices that move, B being each used term's distance; conjugate gradients.
+/// A symmetric 3 x 3 matrix.
+struct Block {
+    float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+
+    /// What a distance d counts, as d^T M d: along n in full, across it less.
+    static Block of_normal(const Vec3& n, double tangential) {
+        const double k = 1 - tangential;
+        const auto f = [](double x) { return static_cast<float>(x); };
+        return {f(k * n.x * n.x + tangential), f(k * n.x * n.y), f(k * n.x * n.z),
+                f(k * n.y * n.y + tangential), f(k * n.y * n.z), f(k * n.z * n.z + tangential)};
+    }
+    void add(const Block& o, float w) {
+        xx += o.xx * w, xy += o.xy * w, xz += o.xz * w, yy += o.yy * w, yz += o.yz * w, zz += o.zz * w;
+    }
+    friend Vec3 operator*(const Block& m, const Vec3& v) {
+        return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
+                m.xz * v.x + m.yz * v.y + m.zz * v.z};
+    }
+};
+
+/// The terms of each triangle.
+struct TermsOfTriangles {
+    std::vector<std::uint32_t> begin, term;  // F + 1; numbers of used terms, sorted by triangle
+
+    TermsOfTriangles(const std::vector<Term>& terms, std::size_t triangles) : begin(triangles + 1, 0) {
+        for (const Term& t : terms)
+            if (t.triangle != kNone) ++begin[t.triangle + 1];
+        std::partial_sum(begin.begin(), begin.end(), begin.begin());
+        term.resize(begin.back());
+        std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
+        for (std::uint32_t k = 0; k < terms.size(); ++k)
+            if (terms[k].triangle != kNone) term[at[terms[k].triangle]++] = k;
+    }
+};
+
+/// (B^T B + damping) x = B^T (samples - surface) over the vertices that move, B being each used term's point; row by
+/// row, so that rows can be computed side by side.
 class NormalEquations {
  public:
     NormalEquations(const std::vector<Sample>& samples, const std::vector<Term>& terms,
-                    const std::vector<std::uint8_t>& fixed, const FitOptions& options)
-        : samples_(samples), terms_(terms), fixed_(fixed), options_(options) {}
+                    const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
+                    const FitOptions& options, const std::vector<Vec3>& positions)
+        : fixed_(fixed), threads_(options.threads), right_(positions.size()) {
+        const Rings rings(triangles, positions.size());
+        const TermsOfTriangles sorted(terms, triangles.size());
+        row_.push_back(0);
+        for (std::uint32_t v = 0; v < positions.size(); ++v)  // a slot more than most vertices have neighbours
+            row_.push_back(row_.back() + static_cast<std::uint32_t>(2 * rings.at(v).size()));
+        diagonal_.resize(positions.size());
+        column_.assign(row_.back(), kNone);
+        block_.resize(row_.back());
+        parallel_slices(positions.size(), threads_, [&](std::size_t begin, std::size_t end) {
+            for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v)
+                if (fixed_[v] == 0) assemble(v, rings.at(v), samples, terms, triangles, sorted, options, positions);
+        });
+    }
 
-    /// The displacement of every vertex.
-    std::vector<Vec3> solve(const std::vector<Vec3>& positions) const {
-        const std::size_t V = positions.size();
-        std::vector<Vec3> r(V), x(V), p, Ap(V);
-        for (std::size_t k = 0; k < terms_.size(); ++k)
-            if (terms_[k].used) scatter(terms_[k], project(k, samples_[k].point - terms_[k].at(positions)), r);
-        clamp(r);
-        p = r;
+    /// The displacement of every vertex; conjugate gradients.
+    std::vector<Vec3> solve() const {
+        const std::size_t V = right_.size();
+        std::vector<Vec3> r = right_, x(V), p = r, Ap(V);
         double rr = inner(r, r);
-        const double stop = rr * 1e-6;
-        for (int step = 0; step < 30 && rr > stop; ++step) {
+        const double stop = rr * kResidual * kResidual;
+        for (int step = 0; step < kMostSteps && rr > stop; ++step) {
             apply(p, Ap);
             const double alpha = rr / inner(p, Ap);
             for (std::size_t v = 0; v < V; ++v) x[v] += p[v] * alpha, r[v] -= Ap[v] * alpha;
@@ -85,22 +129,41 @@ class NormalEquations {
     }
 
  private:
-    [[nodiscard]] Vec3 project(std::size_t k, const Vec3& d) const {
-        const Vec3& n = samples_[k].normal;
-        return n * (dot(n, d) * (1 - options_.tangential)) + d * options_.tangential;
+    void assemble(std::uint32_t v, std::span<const RingTriangle> ring, const std::vector<Sample>& samples,
+                  const std::vector<Term>& terms, const std::vector<Face>& triangles, const TermsOfTriangles& sorted,
+                  const FitOptions& options, const std::vector<Vec3>& positions) {
+        const auto damping = static_cast<float>(options.damping);
+        diagonal_[v] = {damping, 0, 0, damping, 0, damping};
+        for (const RingTriangle& t : ring) {
+            const Face& f = triangles[t.triangle];
+            const std::size_t corner = f[0] == v ? 0 : f[1] == v ? 1 : 2;
+            for (std::uint32_t s = sorted.begin[t.triangle]; s < sorted.begin[t.triangle + 1]; ++s) {
+                const Sample& sample = samples[sorted.term[s]];
+                const std::array<float, 3>& w = terms[sorted.term[s]].weight;
+                const Block m = Block::of_normal(sample.normal, options.tangential);
+                const Vec3 on = positions[f[0]] * w[0] + positions[f[1]] * w[1] + positions[f[2]] * w[2];
+                right_[v] += m * (sample.point - on) * w[corner];
+                diagonal_[v].add(m, w[corner] * w[corner]);
+                for (const std::size_t other : {(corner + 1) % 3, (corner + 2) % 3})
+                    if (fixed_[f[other]] == 0) block_at(v, f[other]).add(m, w[corner] * w[other]);
+            }
+        }
     }
-    static void scatter(const Term& t, const Vec3& d, std::vector<Vec3>& out) {
-        for (std::size_t k = 0; k < 3; ++k) out[t.vertices[k]] += d * t.weight[k];
-    }
-    void clamp(std::vector<Vec3>& x) const {
-        for (std::size_t v = 0; v < x.size(); ++v)
-            if (fixed_[v]) x[v] = {};
+    Block& block_at(std::uint32_t v, std::uint32_t neighbour) {
+        std::uint32_t k = row_[v];
+        while (column_[k] != kNone && column_[k] != neighbour) ++k;
+        column_[k] = neighbour;
+        return block_[k];
     }
     void apply(const std::vector<Vec3>& x, std::vector<Vec3>& out) const {
-        for (std::size_t v = 0; v < x.size(); ++v) out[v] = x[v] * options_.damping;
-        for (std::size_t k = 0; k < terms_.size(); ++k)
-            if (terms_[k].used) scatter(terms_[k], project(k, terms_[k].at(x)), out);
-        clamp(out);
+        parallel_slices(x.size(), threads_, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t v = begin; v < end; ++v) {
+                Vec3 sum = diagonal_[v] * x[v];
+                for (std::uint32_t k = row_[v]; k < row_[v + 1] && column_[k] != kNone; ++k)
+                    sum += block_[k] * x[column_[k]];
+                out[v] = sum;
+            }
+        });
     }
     static double inner(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
         double sum = 0;
@@ -108,10 +171,12 @@ class NormalEquations {
         return sum;
     }
 
-    const std::vector<Sample>& samples_;
-    const std::vector<Term>& terms_;
     const std::vector<std::uint8_t>& fixed_;
-    const FitOptions& options_;
+    const unsigned threads_;
+    std::vector<Vec3> right_;
+    std::vector<Block> diagonal_;
+    std::vector<std::uint32_t> row_, column_;  // V + 1; neighbours that have terms with v, then kNone
+    std::vector<Block> block_;                 // as column_
 };
 
 /// Takes back moves at triangles that turned by over 60 degrees, until none is left or the whole round is undone.
@@ -140,23 +205,23 @@ void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vecto
     const double count = std::min(options.samples * vertices, 2 * vertices + kPlentySamples);
     const std::vector<Sample> samples = lay_samples(input, static_cast<std::size_t>(count));
     std::vector<Term> terms(samples.size());
+    std::vector<std::uint32_t> nearest(samples.size(), kNone);  // triangle, of the round before
     for (unsigned round = 0; round < options.rounds; ++round) {
         const SurfaceIndex index(positions, triangles, options.threads);
         parallel_slices(samples.size(), options.threads, [&](std::size_t begin, std::size_t end) {
-            std::uint32_t near = kNone;
             for (std::size_t k = begin; k < end; ++k) {
+                const std::uint32_t near = nearest[k] == kNone && k > begin ? nearest[k - 1] : nearest[k];
                 const SurfacePoint hit = index.closest(samples[k].point, near);
-                near = hit.face;
+                nearest[k] = hit.face;
                 const Face& f = triangles[hit.face];
                 const Vec3 n = normalized(scaled_normal(positions, f));
-                // A sample of the far side of a thin wall must not pull at this side.
                 const auto& w = hit.barycentric;
-                terms[k] = {f,
-                            {static_cast<float>(w[0]), static_cast<float>(w[1]), static_cast<float>(w[2])},
-                            dot(n, samples[k].normal) > 0.3};
+                // A sample of the far side of a thin wall must not pull at this side.
+                terms[k] = {dot(n, samples[k].normal) > 0.3 ? hit.face : kNone,
+                            {static_cast<float>(w[0]), static_cast<float>(w[1]), static_cast<float>(w[2])}};
             }
         });
-        const std::vector<Vec3> move = NormalEquations(samples, terms, fixed, options).solve(positions);
+        const std::vector<Vec3> move = NormalEquations(samples, terms, triangles, fixed, options, positions).solve();
         std::vector<Vec3> moved = positions;
         for (std::size_t v = 0; v < moved.size(); ++v) moved[v] += move[v];
         take_back_turned(triangles, positions, moved);

@@ -1,7 +1,8 @@
-// Splits a loop over a few threads.
+// Splits work over a few threads.
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <future>
 #include <thread>
 #include <vector>
 
@@ -15,6 +16,19 @@ void parallel_slices(std::size_t n, unsigned threads, const Work& work) {
     for (std::size_t begin = slice; begin < n; begin += slice)
         workers.emplace_back([&work, begin, slice, n] { work(begin, std::min(n, begin + slice)); });
     work(std::size_t{0}, std::min(slice, n));
+}
+
+/// Calls a(threads) and b(threads): with two threads or more at the same time, each with its share of them.
+template <typename A, typename B>
+void side_by_side(unsigned threads, const A& a, const B& b) {
+    if (threads < 2) {
+        a(1u);
+        b(1u);
+        return;
+    }
+    std::future<void> other = std::async(std::launch::async, [&] { b(threads / 2); });
+    a(threads - threads / 2);
+    other.get();
 }
 
 }  // namespace mvw

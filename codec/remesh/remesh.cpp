@@ -47,7 +47,7 @@ constexpr double kMaxAloneShare = 0.3;                   // of the area: above t
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
-    return static_cast<unsigned>(std::clamp(std::ceil(std::log2(ratio) / 2), 0.0, double{kMaxLevels}));
+    return static_cast<unsigned>(std::clamp(std::round(std::log2(ratio) / 2), 0.0, double{kMaxLevels}));
 }
 
 double area_of(const Mesh& mesh, const Face& f) {

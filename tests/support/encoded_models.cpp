@@ -14,8 +14,10 @@ Encoded encode_parts(std::vector<SemiRegularMesh> parts, EncodeOptions options) 
     remeshed.own_vertices.assign(parts.size(), 1);  // coded as they are
     remeshed.parts = std::move(parts);
     Encoded out;
-    const Result<void> r = encode_remeshed(whole, std::move(remeshed), options, out);
-    EXPECT_TRUE(r.ok());
+    options.threads = std::max(1u, options.threads);
+    const auto input = EncoderInput::make(whole, options.threads).value();
+    Draft draft = Draft::make(*input, std::move(remeshed), options).value();
+    EXPECT_TRUE(draft.finish(options, out).ok());
     return out;
 }
 

@@ -1,4 +1,4 @@
-#include "codec/enc_snap.h"
+#include "codec/enc_adapt.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,12 @@
 
 namespace mvw {
 namespace {
+
+/// mesh snapped to a grid of 2^-bits, which is its own surface.
+Adaptation::Snapped snapped(const SemiRegularMesh& mesh, unsigned bits) {
+    PartSurface surface(plain(mesh), 1);
+    return Adaptation(surface, {}, 1, mesh).snap(bits, 1);
+}
 
 std::vector<Vec3f> coarse_of(const SemiRegularMesh& mesh) {
     std::vector<Vec3f> in(mesh.positions.size()), out(mesh.positions.size());
@@ -20,20 +26,20 @@ TEST(Snap, LeavesCoarsePositionsOnNormalsOfTheGridAndTheSurfaceWhereItWas) {
     for (Vec3& p : ball.positions) p *= 0.25;
     const Mesh input = plain(ball);
     constexpr unsigned kBits = 5;
-    const PartUnits::Grid grid = snap(input, {}, kBits, 1, ball);
+    const auto [mesh, grid] = snapped(ball, kBits);
     PartParams params;
     params.base_bits = kBits;
-    const PartUnits units(ball.base, ball.creases, ball.materials, grid, params);
-    const std::vector<Vec3f> coarse = coarse_of(ball);
+    const PartUnits units(mesh.base, mesh.creases, mesh.materials, grid, params);
+    const std::vector<Vec3f> coarse = coarse_of(mesh);
     double along = 0, across = 0;
-    for (std::uint32_t v = 0; v < ball.base.vertex_count(); ++v) {
+    for (std::uint32_t v = 0; v < mesh.base.vertex_count(); ++v) {
         const Vec3f c = units.frame(v).to_local(coarse[v] - units.origin(v));
         along += double{c.x} * c.x;
         across += double{c.y} * c.y + double{c.z} * c.z;
     }
     EXPECT_GT(along, 0);
     EXPECT_LT(across, 0.05 * along);
-    EXPECT_LT(surface_error(input, plain(ball), {20'000, 1}).rms, 1e-3);
+    EXPECT_LT(surface_error(input, plain(mesh), {20'000, 1}).rms, 1e-3);
 }
 
 TEST(Snap, LinesStayWhereTheyAre) {
@@ -43,7 +49,7 @@ TEST(Snap, LinesStayWhereTheyAre) {
     mesh.creases[0] = 1;
     const SemiRegularMesh before = mesh;
     const std::vector<std::uint8_t> on_line = line_vertices(mesh);
-    snap(plain(mesh), {}, 5, 1, mesh);
+    mesh = snapped(mesh, 5).mesh;
     for (std::size_t v = 0; v < on_line.size(); ++v) {
         if (on_line[v] != 0) {
             EXPECT_EQ(mesh.positions[v], before.positions[v]);

@@ -1,0 +1,138 @@
+#include "codec/enc_adapt.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/enc_curves.h"
+#include "codec/remesh/drift.h"
+#include "codec/remesh/fit.h"
+#include "codec/remesh/resample.h"
+#include "codec/remesh/unfold.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr unsigned kSlideRounds = 8, kSnapRounds = 5, kFitRounds = 2;
+constexpr float kKept = 0.5f;      // of each tangential detail, a round
+constexpr double kMostLoss = 1.5;  // of the distance from the input, before to after sliding
+constexpr std::uint32_t kSamples = 20'000;
+constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
+
+std::array<std::int32_t, 3> rounded(const Vec3f& p, unsigned bits) {
+    std::array<std::int32_t, 3> g{};
+    const Vec3 q = to_double(p);
+    for (std::size_t k = 0; k < 3; ++k)
+        g[k] = static_cast<std::int32_t>(std::lround(std::ldexp(q[k], static_cast<int>(bits))));
+    return g;
+}
+
+/// positions (V) as coefficients.
+void analyze(PatchTransform& transform, const std::vector<Vec3>& positions, std::vector<Vec3f>& coefficients) {
+    std::vector<Vec3f> in(positions.size());
+    std::transform(positions.begin(), positions.end(), in.begin(), to_float);
+    coefficients.resize(positions.size());
+    transform.analyze(in, coefficients);
+}
+
+}  // namespace
+
+Adaptation::Adaptation(PartSurface& surface, const TransformOptions& transform, unsigned threads, SemiRegularMesh mesh)
+    : surface_(surface),
+      mesh_(std::move(mesh)),
+      walk_(surface.walk(!mesh_.creases.empty())),
+      triangles_(triangles_at_level(mesh_.base, mesh_.levels)),
+      fixed_(line_vertices(mesh_)),
+      options_(transform),
+      points_(closest_points(surface.reference(), mesh_.positions, threads)) {}
+
+PatchTransform Adaptation::transform(unsigned threads) const {
+    return {mesh_.base, mesh_.levels, options_, mesh_.creases, threads};
+}
+
+std::vector<Vec3> Adaptation::without_tangents(PatchTransform& transform, std::vector<Vec3f>& coefficients) const {
+    for (std::size_t v = mesh_.base.vertex_count(); v < coefficients.size(); ++v) {
+        coefficients[v].y *= kKept;
+        if (fixed_[v] == 0) coefficients[v].z *= kKept;  // lines: along them alone
+    }
+    std::vector<Vec3f> out(coefficients.size());
+    transform.synthesize(coefficients, mesh_.levels, out);
+    std::vector<Vec3> positions(out.size());
+    std::transform(out.begin(), out.end(), positions.begin(), to_double);
+    return positions;
+}
+
+void Adaptation::fit_and_unfold(const std::vector<Vec3>& normals, unsigned threads,
+                                std::vector<Vec3>& positions) const {
+    FitOptions fitting;
+    fitting.threads = threads;
+    fitting.rounds = kFitRounds;
+    fit(surface_.mesh(), triangles_, fixed_, fitting, positions);
+    unfold(triangles_, normals, fixed_, positions);
+}
+
+double Adaptation::distance_of(const std::vector<Vec3>& positions, unsigned threads) const {
+    return surface_.reference().error_of({positions, triangles_, {}, {}}, {kSamples, threads}).rms;
+}
+
+void Adaptation::slide(unsigned threads) {
+    PatchTransform transform = this->transform(threads);
+    Drift drift(walk_, triangles_, fixed_, points_, threads);
+    std::vector<LineCurve> curves = curves_of(mesh_, fixed_);
+    std::vector<Vec3> positions = mesh_.positions, steps(positions.size());
+    std::vector<Vec3f> coefficients;
+    for (unsigned round = 0; round < kSlideRounds; ++round) {
+        analyze(transform, positions, coefficients);
+        const std::vector<Vec3> wanted = without_tangents(transform, coefficients);
+        for (std::uint32_t v = 0; v < steps.size(); ++v) steps[v] = wanted[v] - drift.position(v);
+        drift.move(steps);
+        for (std::uint32_t v = 0; v < positions.size(); ++v)
+            if (fixed_[v] == 0) positions[v] = drift.position(v);
+        for (LineCurve& curve : curves) curve.slide(surface_.reference(), wanted, drift, positions);
+    }
+    fit_and_unfold(drift.normals(), threads, positions);
+    if (distance_of(positions, threads) > kMostLoss * distance_of(mesh_.positions, threads)) return;
+    mesh_.positions = std::move(positions);
+    mesh_.colors = colors_of(surface_.mesh(), drift.points());
+    points_ = closest_points(surface_.reference(), mesh_.positions, threads);
+}
+
+Adaptation::Snapped Adaptation::snap(unsigned bits, unsigned threads) const {
+    PatchTransform transform = this->transform(threads);
+    Drift drift(walk_, triangles_, fixed_, points_, threads);
+    Snapped out{mesh_, {}};
+    std::vector<Vec3>& positions = out.mesh.positions;
+    std::vector<Vec3> above, steps(positions.size());  // from the vertices' places on the surface to the vertices
+    for (std::uint32_t v = 0; v < positions.size(); ++v) above.push_back(positions[v] - drift.position(v));
+    std::vector<Vec3f> coefficients;
+    analyze(transform, positions, coefficients);
+    for (std::uint32_t v = 0; v < mesh_.base.vertex_count(); ++v) out.grid.push_back(rounded(coefficients[v], bits));
+    PartParams params;
+    params.base_bits = static_cast<std::uint8_t>(bits);
+    params.transform = options_;
+    const PartUnits units(mesh_.base, mesh_.creases, mesh_.materials, out.grid, params);
+    const auto gap = [&](std::uint32_t v) { return coefficients[v] - units.origin(v); };
+    for (unsigned round = 0; round < kSnapRounds; ++round) {
+        for (std::uint32_t v = 0; v < out.grid.size(); ++v) {
+            if (fixed_[v] != 0) continue;
+            const Vec3f& n = units.frame(v).n;
+            coefficients[v] = units.origin(v) + n * dot(n, gap(v));
+        }
+        const std::vector<Vec3> wanted = without_tangents(transform, coefficients);
+        for (std::uint32_t v = 0; v < above.size(); ++v) steps[v] = wanted[v] - above[v] - drift.position(v);
+        drift.move(steps);
+        for (std::uint32_t v = 0; v < above.size(); ++v)
+            if (fixed_[v] == 0) positions[v] = drift.position(v) + above[v];
+        analyze(transform, positions, coefficients);
+    }
+    // Vertices on the surface are not those that come nearest to it.
+    fit_and_unfold(drift.normals(), threads, positions);
+    analyze(transform, positions, coefficients);
+    // Vertices on lines, and those that have ended far from their grid points, take the nearest ones.
+    for (std::uint32_t v = 0; v < out.grid.size(); ++v)
+        if (fixed_[v] != 0 || length(to_double(gap(v))) > kMostCells * params.grid())
+            out.grid[v] = rounded(coefficients[v], bits);
+    return out;
+}
+
+}  // namespace mvw

@@ -1,0 +1,56 @@
+// Moves the vertices of a remesh along the surface to where they cost least to code.
+//
+// Where a vertex lies within the surface tells nothing about the shape, so bytes that say it are lost. slide() leads to
+// a "normal mesh" (Guskov, Vidimce, Sweldens, Schroeder 2000) by iteration: details point along normals. snap() adds
+// that the transform's coarse positions lie on normals of a base whose vertices are points of a coarse grid: only one
+// number is left for each, its distance along the normal.
+#pragma once
+#include "codec/enc_input.h"
+#include "codec/mesh/semi_regular.h"
+#include "codec/part_units.h"
+#include "codec/remesh/self_parameterization.h"
+#include "codec/transform/transform.h"
+
+namespace mvw {
+
+/// A remesh together with where on the input its vertices belong.
+class Adaptation {
+ public:
+    /// surface: must outlive this. mesh: a remesh of it, of at least one level, in its units.
+    Adaptation(PartSurface& surface, const TransformOptions& transform, unsigned threads, SemiRegularMesh mesh);
+
+    /// Rounds of: analysis, tangential details halved, synthesis, and a walk over the surface to where that leads
+    /// (remesh/drift.h: as far as the triangles stand it). Then the fit (remesh/fit.h), because vertices on the surface
+    /// are not those that come nearest to it, and the colours of where they have come to rest. Vertices on boundaries,
+    /// creases and borders between materials slide along these. Leaves all as it was where the result is farther from
+    /// the surface than kMostLoss allows. O(V log F) a round.
+    void slide(unsigned threads);
+
+    struct Snapped {
+        SemiRegularMesh mesh;
+        PartUnits::Grid grid;  // of the base, in units of 2^-bits
+    };
+    /// Rounds of: analysis, coarse positions to the nearest points of their normals, tangential details halved,
+    /// synthesis; every vertex follows along the surface, as far above it as it was; then the fit. Vertices on
+    /// boundaries, creases and borders between materials stay. O(V log F) a round.
+    [[nodiscard]] Snapped snap(unsigned bits, unsigned threads) const;
+
+    [[nodiscard]] const SemiRegularMesh& mesh() const { return mesh_; }
+
+ private:
+    [[nodiscard]] PatchTransform transform(unsigned threads) const;
+    /// The positions (V) of `coefficients` with each detail's tangential components shortened.
+    std::vector<Vec3> without_tangents(PatchTransform& transform, std::vector<Vec3f>& coefficients) const;
+    void fit_and_unfold(const std::vector<Vec3>& normals, unsigned threads, std::vector<Vec3>& positions) const;
+    [[nodiscard]] double distance_of(const std::vector<Vec3>& positions, unsigned threads) const;
+
+    PartSurface& surface_;
+    SemiRegularMesh mesh_;
+    const SurfaceWalk& walk_;
+    const std::vector<Face> triangles_;
+    const std::vector<std::uint8_t> fixed_;
+    const TransformOptions options_;
+    std::vector<FacePoint> points_;  // of the surface, nearest to the vertices
+};
+
+}  // namespace mvw
