@@ -10,6 +10,7 @@
 #include "codec/encoder.h"
 #include "server/server.h"
 #include "tests/support/certificate.h"
+#include "tests/support/plain_server.h"
 #include "tests/support/shapes.h"
 #include "tests/support/stream_models.h"
 
@@ -254,6 +255,17 @@ TEST_F(StreamTest, CancelledItEndsSoonWithWhatItHas) {
     Stream stream(url(), {}, {});
     stream.cancel();
     EXPECT_TRUE(stream.wait().ok());
+}
+
+TEST_F(StreamTest, ServerWithoutRangeGivesTheWholeModelToo) {
+    const test::PlainServer plain(torus_file());
+    StreamOptions options;
+    options.keep_chunks = true;
+    Stream stream({Scheme::Http, plain.address(), "torus", false, "/torus.mvw"}, options, {});
+    const Result<Summary> summary = stream.wait();
+    ASSERT_TRUE(summary.ok()) << summary.error().message;
+    EXPECT_EQ(stream.feed().file().value(), torus_file());
+    EXPECT_EQ(plain.requests(), 1u);
 }
 
 TEST_F(StreamTest, ServerThatIsNotThereIsAnErrorAfterAFewTries) {

@@ -98,6 +98,9 @@ void add_network(CLI::App& bench) {
     command->add_option("--out", arguments->options.out, "Folder for the results")->required();
     command->add_option("--rates", arguments->options.megabits, "Mbit/s")->capture_default_str();
     command->add_option("--round-trips", arguments->options.round_trips_ms, "Milliseconds")->capture_default_str();
+    command->add_option("--runs", arguments->options.runs, "Over each link; medians count")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
     command->add_option("--simplifier", arguments->options.simplifier, "simplify.mjs, with its packages beside it")
         ->capture_default_str();
     command->add_flag("--json", arguments->json, "One JSON object: cases, a list of one object per link");

@@ -16,6 +16,7 @@
 #include "server/server.h"
 #include "tests/support/certificate.h"
 #include "tests/support/downloader.h"
+#include "tests/support/plain_server.h"
 #include "tests/support/program.h"
 
 namespace mvw {
@@ -235,6 +236,29 @@ TEST_F(OriginTest, NamesThatAreNoneAndFilesThatAreUnsoundAreRefused) {
     for (const char* name : {"../a", "none", "..%2Fa", "/a"})
         EXPECT_NE(failure_of(name).find("no such model"), std::string::npos) << name;
     EXPECT_TRUE(read_http("/models/cut.mvw").starts_with("HTTP/1.1 500"));
+}
+
+TEST_F(OriginTest, StoreThatIgnoresRangeIsRefusedByNameUnlessTheFileIsSmall) {
+    const Bytes large = make_stream_file(kLarge), small = make_stream_file();
+    ASSERT_GT(large.size(), 128u << 10);
+    {
+        const test::PlainServer store(large);
+        origin_.url = "http://" + to_string(store.address());
+        start_near();
+        const std::string answer = read_http("/models/a.mvw");
+        EXPECT_TRUE(answer.starts_with("HTTP/1.1 500")) << answer.substr(0, 200);
+        EXPECT_NE(answer.find("the store ignores Range"), std::string::npos) << answer;
+        EXPECT_GE(metric("mvw_origin_failures_total"), 1);
+    }
+    near_.reset();
+    const test::TemporaryFolder other;  // a cache belongs to one store
+    const test::PlainServer store(small);
+    server::ServerOptions options;
+    options.folder = other.path();
+    options.http.port = 0;
+    options.origin = server::OriginOptions{.url = "http://" + to_string(store.address())};
+    near_ = start(options);
+    expect_stream_of("a", small);  // one answer is all of it
 }
 
 TEST_F(OriginTest, TlsStoresAreBelievedOnlyByTheirCertificate) {
