@@ -114,6 +114,43 @@ bool names_tag(std::string_view field, std::string_view tag) {
     return false;
 }
 
+// Accept-Encoding, RFC 9110 12.5.3, as far as it names the coding itself.
+bool accepts(std::string_view field, std::string_view coding) {
+    while (!field.empty()) {
+        std::string_view one = field.substr(0, field.find(','));
+        field.remove_prefix(std::min(field.size(), one.size() + 1));
+        one.remove_prefix(std::min(one.find_first_not_of(' '), one.size()));
+        const std::string_view name = one.substr(0, one.find_first_of("; "));
+        if (name != coding) continue;
+        const std::size_t weight = one.find("q=");
+        return weight == std::string_view::npos || one.find_first_of("123456789", weight) != std::string_view::npos;
+    }
+    return false;
+}
+
+// A file of the page as it is sent: itself, or the packed copy beside it.
+struct PageFile {
+    Descriptor file;
+    FileStamp stamp;
+    const char* coding = nullptr;
+};
+
+std::optional<PageFile> open_page_file(int folder, const std::string& name, std::string_view accepted) {
+    PageFile plain{open_below(folder, name), {}};
+    Result<FileStamp> stamp = plain.file.ok() ? stamp_of(plain.file.get()) : Result<FileStamp>(Error{});
+    if (!stamp) return std::nullopt;
+    plain.stamp = *stamp;
+    for (const auto& [coding, ending] : {std::pair("br", ".br"), std::pair("gzip", ".gz")}) {
+        if (!accepts(accepted, coding)) continue;
+        PageFile packed{open_below(folder, name + ending), {}, coding};
+        stamp = packed.file.ok() ? stamp_of(packed.file.get()) : Result<FileStamp>(Error{});
+        if (!stamp || stamp->modified_ns < plain.stamp.modified_ns) continue;  // of a file that has changed since
+        packed.stamp = *stamp;
+        return packed;
+    }
+    return plain;
+}
+
 void share(HttpReply& reply) {
     reply.fields.emplace_back("Access-Control-Allow-Origin", "*");
     reply.fields.emplace_back("Access-Control-Expose-Headers", "ETag, Content-Range, Accept-Ranges");
@@ -299,12 +336,16 @@ HttpReply Site::models(const HttpRequest& request, std::string_view query) const
 HttpReply Site::page(const HttpRequest& request, std::string_view path) const {
     std::string name(path.substr(1));
     if (name.empty() || name.ends_with('/')) name += "index.html";
-    Descriptor file = page_.ok() && is_plain_name(name) ? open_below(page_.get(), name) : Descriptor();
-    const Result<FileStamp> stamp = file.ok() ? stamp_of(file.get()) : Result<FileStamp>(Error{});
-    if (!stamp) return plain_reply(404, path == "/" && !page_.ok() ? "this server has no page" : "no such file");
-    const std::string tag = fmt::format("\"{:x}-{:x}\"", stamp->modified_ns, stamp->bytes);
-    HttpReply reply = tagged_body(request, tag, std::make_shared<const FileSource>(std::move(file)), stamp->bytes);
+    std::optional<PageFile> file;
+    if (page_.ok() && is_plain_name(name)) file = open_page_file(page_.get(), name, request.accept_encoding);
+    if (!file) return plain_reply(404, path == "/" && !page_.ok() ? "this server has no page" : "no such file");
+    const std::string tag = fmt::format("\"{:x}-{:x}{}\"", file->stamp.modified_ns, file->stamp.bytes,
+                                        file->coding == nullptr ? "" : file->coding);
+    HttpReply reply =
+        tagged_body(request, tag, std::make_shared<const FileSource>(std::move(file->file)), file->stamp.bytes);
     if (reply.status == 416) return reply;
+    if (file->coding != nullptr) reply.fields.emplace_back("Content-Encoding", file->coding);
+    reply.fields.emplace_back("Vary", "Accept-Encoding");
     reply.fields.emplace_back("Content-Type", type_of(name));
     reply.fields.emplace_back("Cache-Control", "no-cache");
     reply.fields.emplace_back("Content-Security-Policy", kPolicy);

@@ -16,7 +16,7 @@ namespace mvw::server {
 /// The fields of a request that matter; empty where absent.
 struct HttpRequest {
     std::string method{}, target{};
-    std::string range{}, if_range{}, if_none_match{}, authorization{};
+    std::string range{}, if_range{}, if_none_match{}, authorization{}, accept_encoding{};
 };
 
 /// Status, header fields and body: `text`, or `length` bytes of `source` from `offset`.

@@ -9,7 +9,7 @@ packages=(
     nginx-light varnish haproxy  # started by tests of server/deploy
     libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev
     libglfw3-dev libimgui-dev xvfb xauth
-    emscripten chromium fonts-dejavu-core
+    emscripten esbuild zopfli chromium fonts-dejavu-core
 )
 # Node may be there from elsewhere, with npm inside it.
 command -v npm >/dev/null || packages+=(nodejs npm)

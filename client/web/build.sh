@@ -29,15 +29,25 @@ fetch_sources() {
     mkdir -p "$out/sources/draco" "$out/sources/zstd"
     tar -xJf "$work"/draco_*.orig.tar.xz -C "$out/sources/draco" --strip-components=1 --wildcards '*/src/draco/*'
     tar -xJf "$work"/libzstd_*.orig.tar.xz -C "$out/sources/zstd" --strip-components=1 --wildcards '*/lib/*'
-    # Positions never have this prediction; without it the module is smaller.
-    sed -i '/else if (method == MESH_PREDICTION_TEX_COORDS_PORTABLE) {/,/^      }$/d' \
-        "$out/sources/draco/src/draco/compression/attributes/prediction_schemes/prediction_scheme_decoder_factory.h"
     rm -rf "$work"
-    touch "$out/sources/done"
+    trim_draco "$out/sources/draco/src/draco/compression"
+    touch "$out/sources/trimmed"
 }
 
-command -v em++ >/dev/null || { echo "build.sh: emscripten is missing (apt-get install emscripten)" >&2; exit 1; }
-[ -e "$out/sources/done" ] || fetch_sources
+# What integer positions without metadata (FORMAT.md 4.1) never need; without it the module is smaller.
+trim_draco() {
+    sed -i '/else if (method == MESH_PREDICTION_TEX_COORDS_PORTABLE) {/,/^      }$/d' \
+        "$1/attributes/prediction_schemes/prediction_scheme_decoder_factory.h"
+    sed -i '/case SEQUENTIAL_ATTRIBUTE_ENCODER_\(GENERIC\|QUANTIZATION\):/,/AttributeDecoder());/d' \
+        "$1/attributes/sequential_attribute_decoders_controller.cc"
+    sed -i 's/DRACO_RETURN_IF_ERROR(DecodeMetadata())/return Status(Status::UNSUPPORTED_FEATURE, "metadata");/' \
+        "$1/point_cloud/point_cloud_decoder.cc"
+}
+
+for program in em++ esbuild zopfli; do
+    command -v "$program" >/dev/null || { echo "build.sh: $program is missing (tools/setup.sh installs it)" >&2; exit 1; }
+done
+[ -e "$out/sources/trimmed" ] || fetch_sources
 
 launcher=()
 if command -v ccache >/dev/null; then
@@ -55,17 +65,23 @@ cp "$here"/package.json "$here"/README.md "$out/mvw/"
 cp "$here"/src/* "$out/module/mvw.wasm" "$out/mvw/src/"
 cp "$here"/page/*.svg "$out/module/mvw.wasm" "$page/"
 # What only people read stays behind. (three.js is for pages with three of their own.)
-for file in "$here"/src/*.js "$here"/page/*.js "$here"/page/*.css "$here"/page/*.html; do
-    [ "$file" = "$here/src/three.js" ] ||
-        sed -E '/^\s*(\/\/|\/\*)/d; /^ +\*[ \/]/d; s/^\s+//' "$file" >"$page/$(basename "$file")"
+for file in "$here"/src/*.js "$here"/page/*.js "$here"/page/*.css; do
+    [ "$file" = "$here/src/three.js" ] || esbuild --minify --target=es2022 "$file" --outfile="$page/$(basename "$file")" --log-level=warning
 done
+sed -E 's/^\s+//' "$here/page/index.html" >"$page/index.html"
 
+# Packed once, here: mvw serve sends these to whoever accepts them.
+for file in "$page"/*; do
+    zopfli -c "$file" >"$file.gz"
+done
 node - "$page" <<'END'
-const { readdirSync, readFileSync } = require('node:fs');
-const { brotliCompressSync, gzipSync } = require('node:zlib');
+const { readdirSync, readFileSync, writeFileSync } = require('node:fs');
+const { brotliCompressSync } = require('node:zlib');
 const folder = process.argv[2];
-const files = readdirSync(folder).map((name) => [name, readFileSync(`${folder}/${name}`)]);
-const sum = (pack, only) => files.filter(([name]) => !only || name === only).reduce((n, [, bytes]) => n + pack(bytes).length, 0);
-for (const [name, pack] of [['brotli', brotliCompressSync], ['gzip', gzipSync]])
-  console.log(`page: ${sum(pack)} bytes in ${name}, ${sum(pack, 'mvw.wasm')} of them the module`);
+const names = readdirSync(folder).filter((name) => !name.endsWith('.gz'));
+for (const name of names) writeFileSync(`${folder}/${name}.br`, brotliCompressSync(readFileSync(`${folder}/${name}`)));
+for (const [coding, ending] of [['brotli', '.br'], ['gzip', '.gz']]) {
+  const bytes = (name) => readFileSync(`${folder}/${name}${ending}`).length;
+  console.log(`page: ${names.reduce((sum, name) => sum + bytes(name), 0)} bytes in ${coding}, ${bytes('mvw.wasm')} of them the module`);
+}
 END

@@ -197,7 +197,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
                               field_of(request, http::field::range),
                               field_of(request, http::field::if_range),
                               field_of(request, http::field::if_none_match),
-                              field_of(request, http::field::authorization)});
+                              field_of(request, http::field::authorization),
+                              field_of(request, http::field::accept_encoding)});
         if (reply.status == 401 || reply.status == 403) ++context_.metrics.forbidden;
     }
 

@@ -140,6 +140,34 @@ TEST_F(SiteTest, NothingOutsideItsFoldersIsReached) {
         EXPECT_EQ(get(target).status, 400u) << target;
 }
 
+TEST_F(SiteTest, PackedCopiesOfThePageGoToThoseWhoAcceptThem) {
+    write_text(page_ / "mvw.wasm.br", "b");
+    write_text(page_ / "mvw.wasm.gz", "gz");
+    const auto accepting = [&](const std::string& codings) { return get("/mvw.wasm", {.accept_encoding = codings}); };
+    const HttpReply br = accepting("gzip, deflate, br"), gz = accepting("deflate,gzip;q=0.5"), plain = accepting("");
+    EXPECT_EQ(body(br), "b");
+    EXPECT_EQ(field(br, "Content-Encoding"), "br");
+    EXPECT_EQ(body(gz), "gz");
+    EXPECT_EQ(field(gz, "Content-Encoding"), "gzip");
+    EXPECT_EQ(body(plain), "wasm");
+    EXPECT_EQ(field(plain, "Content-Encoding"), "");
+    for (const HttpReply* reply : {&br, &gz, &plain}) {
+        EXPECT_EQ(field(*reply, "Content-Type"), "application/wasm");
+        EXPECT_EQ(field(*reply, "Vary"), "Accept-Encoding");
+    }
+    EXPECT_NE(field(br, "ETag"), field(plain, "ETag"));
+    EXPECT_EQ(body(accepting("br;q=0, gzip")), "gz");
+    EXPECT_EQ(body(accepting("brotli, xgzip")), "wasm");
+    EXPECT_EQ(field(get("/models/a.mvw", {.accept_encoding = "br, gzip"}), "Content-Encoding"), "");
+}
+
+TEST_F(SiteTest, PackedCopyOfAFileThatHasChangedIsNotSent) {
+    write_text(page_ / "index.html.gz", "old");
+    const auto before = std::filesystem::last_write_time(page_ / "index.html") - std::chrono::seconds(1);
+    std::filesystem::last_write_time(page_ / "index.html.gz", before);
+    EXPECT_EQ(body(get("/", {.accept_encoding = "gzip"})), "<html>");
+}
+
 TEST_F(SiteTest, PageComesWithItsTypesAndAStrictPolicy) {
     const HttpReply page = get("/");
     EXPECT_EQ(body(page), "<html>");
