@@ -185,23 +185,27 @@ Kernels table_of() {
             copy<W>,          add_back<W>,   add_back_some<W>,        clear_points<W>, lift_listed<W>,
             predict_listed<W>};
 }
+#if !defined(__wasm__)  // a module that travels carries two widths
 Kernels table16() {
     return table_of<16>();
 }
-Kernels table8() {
-    return table_of<8>();
-}
 Kernels table4() {
     return table_of<4>();
+}
+#endif
+Kernels table8() {
+    return table_of<8>();
 }
 Kernels table1() {
     return table_of<1>();
 }
 
+#if !defined(__wasm__)
 /// Of the machine's widest vector.
 unsigned widest() {
     return static_cast<unsigned>(hn::Lanes(hn::ScalableTag<float>()));
 }
+#endif
 
 }  // namespace mvw::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -211,11 +215,13 @@ namespace mvw {
 
 namespace {
 
-HWY_EXPORT(table16);
 HWY_EXPORT(table8);
-HWY_EXPORT(table4);
 HWY_EXPORT(table1);
+#if !defined(__wasm__)
+HWY_EXPORT(table16);
+HWY_EXPORT(table4);
 HWY_EXPORT(widest);
+#endif
 
 struct Slot {
     EdgePlane plane;
@@ -274,6 +280,16 @@ LiftProgram make_lift_program(const Layout& layout) {
     return program;
 }
 
+#if defined(__wasm__)
+const Kernels& kernels(unsigned lanes) {
+    static const Kernels eight = HWY_DYNAMIC_DISPATCH(table8)(), one = HWY_DYNAMIC_DISPATCH(table1)();
+    return lanes == 8 ? eight : one;
+}
+
+unsigned lanes_for(std::uint32_t faces) {
+    return faces > 2 ? 8 : 1;
+}
+#else
 const Kernels& kernels(unsigned lanes) {
     static const Kernels sixteen = HWY_DYNAMIC_DISPATCH(table16)(), eight = HWY_DYNAMIC_DISPATCH(table8)(),
                          four = HWY_DYNAMIC_DISPATCH(table4)(), one = HWY_DYNAMIC_DISPATCH(table1)();
@@ -284,6 +300,7 @@ unsigned lanes_for(std::uint32_t faces) {
     static const bool wide = HWY_DYNAMIC_DISPATCH(widest)() >= 16;
     return wide && faces > 64 ? 16 : faces > 4 ? 8 : faces > 2 ? 4 : 1;
 }
+#endif
 
 }  // namespace mvw
 #endif

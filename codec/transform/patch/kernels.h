@@ -125,7 +125,7 @@ struct Kernels {
                            const float* normals, ListedDetail* listed);
 };
 
-/// For this machine and groups of so many lanes (16, 8, 4 or 1).
+/// For this machine and groups of so many lanes (16, 8, 4 or 1; in WebAssembly 8 or 1).
 const Kernels& kernels(unsigned lanes);
 
 /// Lanes of the groups that a base of so many faces is cut into: as wide as the machine's vectors where idle lanes cost
