@@ -37,6 +37,8 @@ constexpr std::uint32_t kMinComponentFaces = 60;  // a smaller component costs l
 constexpr double kMinReduction = 2;               // input faces for each base face below which wavelets are pointless
 constexpr double kTargetError = 1e-4;             // of the diagonal: a finer level where it is missed ...
 constexpr double kMaxOversampling = 8;            // ... but no more vertices than this for each of the input
+constexpr double kFineError = 2.5e-5;             // of the diagonal: a finer level where it is missed ...
+constexpr double kFewVertices = 65'536;           // ... and costs so little; smooth shapes then need fewer details
 constexpr double kMaxError = 4e-4;                // of the diagonal: a remesh that misses it by more is given up; ...
 constexpr double kMaxSmallError = 2e-4;           // ... of a part that Draco codes in a few kilobytes, sooner
 constexpr double kMaxSmallDeviation = 1e-2;       // of the diagonal, at the worst place of such a part
@@ -202,9 +204,12 @@ class Sampler {
         part.levels = level;
         while (part.levels > 1 && (std::size_t{part.base.face_count()} << (2 * part.levels)) > kMaxFaces) --part.levels;
         Distance error = sample(input, face_ids, part);
-        while (options_.levels < 0 && error.rms > target && part.levels < kMaxLevels) {
+        while (options_.levels < 0 && part.levels < kMaxLevels) {
             const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
-            if (finer > kMaxOversampling * static_cast<double>(input.positions.size())) break;
+            const bool needed =
+                error.rms > target && finer <= kMaxOversampling * static_cast<double>(input.positions.size());
+            const bool cheap = options_.target_error <= 0 && error.rms > kFineError && finer <= kFewVertices;
+            if (!needed && !cheap) break;
             ++part.levels;
             error = sample(input, face_ids, part);
         }
