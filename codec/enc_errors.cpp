@@ -12,7 +12,7 @@ namespace mvw {
 
 namespace {
 
-constexpr std::uint32_t kSamplesOnTheWay = 16'000;
+constexpr std::uint32_t kSamplesOnTheWay = 20'000;
 constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
 constexpr std::size_t kFewChunks = 48;            // measured at each
 constexpr std::uint64_t kManyVertices = 150'000;  // measured at fewer points
@@ -51,8 +51,10 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
         if (!mesh.ok() || !measurable(*mesh)) continue;
         error = plan[i].error;
         bytes_then = bytes;
-        const SurfaceError e =
-            input.reference().error_of(*mesh, {end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads, end});
+        // The same mixture of samples and vertices, so that the figures agree.
+        const SurfaceErrorOptions sampling{end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads,
+                                           end ? 1 : kSamplesAtTheEnd / kSamplesOnTheWay};
+        const SurfaceError e = input.reference().error_of(*mesh, sampling);
         points.push_back({i, std::sqrt(plan[i].error), e.rms});
         if (end) last = e;
         if (options.progress) options.progress("measure", double(i + 1) / double(plan.size()));

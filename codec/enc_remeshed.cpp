@@ -23,7 +23,7 @@ constexpr unsigned kMostTiles = 64;
 constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles would have fewer vertices, are not tiled
 constexpr std::size_t kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
-constexpr std::uint32_t kSamplesForChoice = 16'000;
+constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
 constexpr unsigned kBudgets = 5;         // sizes at which files are compared, ...
 constexpr double kLeastBudget = 1024;    // ... none below
 constexpr double kMostLost = 0.7;        // dB of the whole file that better beginnings may cost, ...
@@ -226,7 +226,7 @@ Quality quality_of(const EncoderInput& input, ByteSpan file, unsigned threads) {
         fed = end;
         const Result<Mesh> mesh = decoder.mesh();
         if (!mesh.ok() || !measurable(*mesh)) return kNothing;
-        return std::min(input.reference().error_of(*mesh, {kSamplesForChoice, threads, false}).psnr, kExact);
+        return std::min(input.reference().error_of(*mesh, {kSamplesForChoice, threads, kVertexStride}).psnr, kExact);
     };
     Quality quality;
     for (unsigned k = 0; k < kBudgets; ++k)

@@ -107,7 +107,7 @@ void for_blocks(std::size_t count, unsigned threads, const Work& work) {
 }
 
 std::size_t points_of(const Surface& surface, const SurfaceErrorOptions& options) {
-    return options.samples + (options.vertices ? surface.used.size() : 0);
+    return options.samples + (surface.used.size() + options.vertex_stride - 1) / options.vertex_stride;
 }
 
 /// Sums over the distances of points on `from` (samples, then its vertices) to `to`, which `index` is of.
@@ -117,7 +117,8 @@ Sums one_way(const Surface& from, const Surface& to, const SurfaceIndex& index, 
     for_blocks(points, options.threads, [&](std::size_t block, std::size_t first, std::size_t last) {
         std::uint32_t near_face = kNone, face = 0;
         for (std::size_t i = first; i < last; ++i) {
-            const Vec3 p = i < samples ? from.sample(i, samples, face) : from.positions[from.used[i - samples]];
+            const Vec3 p = i < samples ? from.sample(i, samples, face)
+                                       : from.positions[from.used[(i - samples) * options.vertex_stride]];
             const SurfacePoint hit = index.closest(p, near_face);
             near_face = hit.face;
             partial[block].add(hit.distance);
