@@ -37,8 +37,8 @@ class Stream::Impl {
         wants_ = options.wants;
         view_ = options.view;
         if (view_ && view_->pixel_error > 0) options.wants.max_level = 0;
-        LinkOptions link{std::move(options.wants), options.retry, options.limits, std::move(options.token),
-                         std::random_device{}()};
+        LinkOptions link{std::move(options.wants), options.retry,          options.limits,
+                         std::move(options.token), std::random_device{}(), options.pace};
         link_ = make_link(io_, tls_.get(), url, std::move(link), [this](Notice&& notice) { tell(std::move(notice)); });
         if (!options.cache_folder.empty()) open_cache(url, options);
         asio::post(io_, [this] { start(); });

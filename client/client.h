@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/feed.h"
+#include "client/pace.h"
 #include "client/url.h"
 #include "client/view.h"
 
@@ -20,7 +21,8 @@ struct StreamOptions {
     std::string ca_file;       // PEM file of who signs servers' certificates; empty: the system's
     std::string cache_folder;  // chunks are kept there between runs; empty: nowhere
     std::uint64_t cache_bytes = 1ull << 30;
-    bool keep_chunks = false;  // for Stream::file()
+    bool keep_chunks = false;  // for Feed::file() and Feed::decoder_of()
+    PacePtr pace{};            // the link is read no faster than that; null: as fast as it goes
 };
 
 /// How a stream went, up to the moment of asking.

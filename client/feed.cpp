@@ -88,7 +88,9 @@ void Feed::take(Opened& opened) {
 
 void Feed::take(Received& chunk) {
     const std::uint64_t before = decoder_->revision();
+    const double begun = seconds();
     const Result<void> fed = decoder_->feed_chunk(chunk.id, chunk.payload, chunk.crc32c);
+    decode_seconds_ += seconds() - begun;
     if (!fed && !error_) error_ = fed.error();
     if (chunk.error == kUnknownError) chunk.error = decoder_->state().error;
     ahead_[chunk.index] = chunk.error;
@@ -104,7 +106,7 @@ void Feed::take(Received& chunk) {
         const std::lock_guard lock(mutex_);
         waiting = queue_.size();
     }
-    on_refined_({id, state(), seconds(), waiting}, *decoder_);
+    on_refined_({id, state(), seconds(), decode_seconds_, waiting, this}, *decoder_);
 }
 
 void Feed::take(Indexed& indexed) {
@@ -135,6 +137,19 @@ DecodeState Feed::state() const {
 
 double Feed::seconds() const {
     return std::chrono::duration<double>(Clock::now() - begun_).count();
+}
+
+Decoder Feed::decoder_of(unsigned layer, double bytes) const {
+    Decoder decoder(limits_);
+    (void)decoder.feed_header(header_).ok();  // what is unsound was told when it came
+    auto left = bytes - static_cast<double>(header_.size());
+    for (const auto& [index, chunk] : kept_) {
+        left -= static_cast<double>(chunk.payload.size());
+        if (left < 0) break;
+        if (chunk.id.layer <= layer || chunk.id.channel == Channel::Base)
+            (void)decoder.feed_chunk(chunk.id, chunk.payload, chunk.crc32c).ok();
+    }
+    return decoder;
 }
 
 Result<Bytes> Feed::file() const {

@@ -15,12 +15,16 @@
 
 namespace mvw::client {
 
+class Feed;
+
 /// A better model than before.
 struct Refinement {
-    ChunkId chunk;            // what brought it
-    DecodeState state;        // after it
-    double seconds = 0;       // since the feed began
-    std::size_t waiting = 0;  // chunks that have arrived and are not decoded yet: a busy owner skips to the last
+    ChunkId chunk;               // what brought it
+    DecodeState state;           // after it
+    double seconds = 0;          // since the feed began
+    double decode_seconds = 0;   // of these, what decoding took
+    std::size_t waiting = 0;     // chunks that have arrived and are not decoded yet: a busy owner skips to the last
+    const Feed* feed = nullptr;  // for its decoder_of(), there and then
 };
 
 /// Owns the decoder and the thread that feeds it.
@@ -29,7 +33,7 @@ class Feed {
     /// Called on the feed's thread, which alone uses the decoder: take a mesh there and then, or leave it.
     using OnRefined = std::function<void(const Refinement&, const Decoder&)>;
 
-    /// keep_chunks: payloads are kept for file().
+    /// keep_chunks: payloads are kept for file() and decoder_of().
     Feed(const Limits& limits, bool keep_chunks, OnRefined on_refined);
     ~Feed();  // drops what waits
     Feed(const Feed&) = delete;
@@ -58,6 +62,8 @@ class Feed {
     [[nodiscard]] const std::optional<Error>& error() const { return error_; }
     /// A valid .mvw file of the chunks received, in file order. NeedMoreData before the header is there.
     [[nodiscard]] Result<Bytes> file() const;
+    /// A decoder of less: of the kept chunks in file order as far as `bytes` go, and of these no layer above `layer`.
+    [[nodiscard]] Decoder decoder_of(unsigned layer, double bytes) const;
 
  private:
     using Item = std::variant<Opened, Received, Indexed, Restarted>;
@@ -76,6 +82,7 @@ class Feed {
 
     std::optional<Decoder> decoder_;
     std::optional<double> first_mesh_;
+    double decode_seconds_ = 0;
     std::optional<Error> error_;
     Bytes header_;
     std::uint32_t row_ = 0;                 // chunks from the file's beginning that have all come

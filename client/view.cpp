@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "codec/tiles.h"
@@ -48,11 +49,28 @@ std::optional<float> pixels_per_unit(const TilePlace& tile, const View& view) {
     return view.scale_y * static_cast<float>(view.height) / (2 * near);
 }
 
+// How often `error` is to be halved until it is at most `good`, as far as `most`.
+int halvings_to(float good, float error, int most) {
+    int halvings = 0;
+    for (; error > good && halvings < most; error /= 2) ++halvings;
+    return halvings;
+}
+
 // The coarsest level whose error on the screen is at most the view's.
 std::uint8_t level_for(float error, const TilePlace& tile, const View& view) {
     if (view.pixel_error <= 0) return 255;
-    const float halvings = std::ceil(std::log2(std::max(error / view.pixel_error, 1.0f)));
-    return static_cast<std::uint8_t>(std::min(halvings, static_cast<float>(tile.levels)));
+    return static_cast<std::uint8_t>(halvings_to(view.pixel_error, error, tile.levels));
+}
+
+// At most so many, the highest priorities; the order stays.
+void keep_most_urgent(std::vector<protocol::TilePriority>& tiles, std::size_t most) {
+    std::array<std::size_t, kFirstPriority + kMostDoublings + 1> count{};
+    for (const protocol::TilePriority& t : tiles) ++count[t.priority];
+    std::size_t lowest = count.size() - 1, room = most;
+    while (lowest > 0 && count[lowest] <= room) room -= count[lowest--];
+    std::erase_if(tiles, [&](const protocol::TilePriority& t) {
+        return t.priority < lowest || (t.priority == lowest && (room == 0 || room-- == 0));
+    });
 }
 
 }  // namespace
@@ -97,16 +115,11 @@ std::vector<protocol::TilePriority> choose_tiles(std::span<const TilePlace> tile
         const std::optional<float> scale = pixels_per_unit(tile, view);
         if (!scale) continue;
         const float error = std::max(kArcHeight * tile.edge * *scale, 1.0f);
-        const int doublings = std::min(static_cast<int>(std::lround(std::log2(error))), kMostDoublings);
+        const int doublings = halvings_to(std::numbers::sqrt2_v<float>, error, kMostDoublings);
         chosen.push_back({tile.part, tile.tile, static_cast<std::uint8_t>(kFirstPriority + doublings),
                           level_for(error, tile, view)});
     }
-    const std::size_t most = protocol::MessageLimits{}.max_tiles;
-    if (chosen.size() > most) {
-        std::stable_sort(chosen.begin(), chosen.end(),
-                         [](const auto& a, const auto& b) { return a.priority > b.priority; });
-        chosen.resize(most);
-    }
+    keep_most_urgent(chosen, protocol::MessageLimits{}.max_tiles);
     return chosen;
 }
 

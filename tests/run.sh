@@ -4,6 +4,7 @@
 #   tests/run.sh            g++, optimised
 #   tests/run.sh clang      the second compiler
 #   tests/run.sh sanitize   address and undefined-behaviour sanitizers: 45 minutes on real models
+#   tests/run.sh tsan       the thread sanitizer
 #
 # Tests on real models read the folder that MVW_MODELS names and are skipped (and counted) where it is unset.
 set -euo pipefail
@@ -11,8 +12,8 @@ cd "$(dirname "$0")/.."
 preset="${1:-default}"
 case "$preset" in
     default) folder=build ;;
-    clang | sanitize) folder="build-$preset" ;;
-    *) echo "usage: tests/run.sh [default|clang|sanitize]" >&2; exit 2 ;;
+    clang | sanitize | tsan) folder="build-$preset" ;;
+    *) echo "usage: tests/run.sh [default|clang|sanitize|tsan]" >&2; exit 2 ;;
 esac
 
 tools/setup.sh
@@ -24,6 +25,10 @@ if [ "$preset" = sanitize ]; then
     # What Mesa, LLVM and Embree keep for the life of a process is not ours to free.
     export LSAN_OPTIONS="suppressions=$PWD/tests/leaks_of_libraries.txt:print_suppressions=0"
     export UBSAN_OPTIONS="print_stacktrace=1"
+fi
+if [ "$preset" = tsan ]; then
+    export MVW_TEST_SECONDS=3000
+    export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions=$PWD/tests/races_of_libraries.txt"
 fi
 javascript=()
 if [ "$preset" = default ]; then

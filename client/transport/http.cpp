@@ -10,7 +10,7 @@
 
 #include <charconv>
 
-#include "client/transport/wire.h"
+#include "client/transport/paced_wire.h"
 
 namespace mvw::client {
 namespace {
@@ -56,14 +56,16 @@ HttpAnswer answer_of(const Parser::value_type& response) {
 
 class HttpTransport::Impl : public std::enable_shared_from_this<HttpTransport::Impl> {
  public:
-    Impl(asio::io_context& io, Url url, std::string token, asio::ssl::context* tls, HttpSession& session, Tell tell)
+    Impl(asio::io_context& io, Url url, std::string token, asio::ssl::context* tls, HttpSession& session, Tell tell,
+         PacePtr pace)
         : io_(io),
           tls_(tls),
           timer_(io),
           url_(std::move(url)),
           token_(std::move(token)),
           session_(session),
-          tell_(std::move(tell)) {}
+          tell_(std::move(tell)),
+          pace_(std::move(pace)) {}
 
     void perform(HttpActions actions) {
         for (HttpAction& action : actions) {
@@ -88,9 +90,14 @@ class HttpTransport::Impl : public std::enable_shared_from_this<HttpTransport::I
  private:
     using ConnectionPtr = std::shared_ptr<Connection>;
 
+    [[nodiscard]] ConnectionPtr fresh_connection() {
+        return std::make_shared<Connection>(
+            Connection{at_pace(io_, make_wire(io_, url_, tls_), pace_), false, true, {}});
+    }
+
     void begin(const Get& get) {
         const bool kept = connection_ != nullptr;
-        if (!kept) connection_ = std::make_shared<Connection>(Connection{make_wire(io_, url_, tls_), false, true, {}});
+        if (!kept) connection_ = fresh_connection();
         auto request = std::make_shared<const std::string>(head_of(get));
         asio::co_spawn(
             io_, [self = shared_from_this(), c = connection_, request, kept] { return self->run(c, *request, kept); },
@@ -180,7 +187,7 @@ class HttpTransport::Impl : public std::enable_shared_from_this<HttpTransport::I
     void again(const ConnectionPtr& c, const std::string& request) {
         c->alive = false;
         c->wire->close();
-        connection_ = std::make_shared<Connection>(Connection{make_wire(io_, url_, tls_), false, true, {}});
+        connection_ = fresh_connection();
         auto text = std::make_shared<const std::string>(request);
         asio::co_spawn(
             io_, [self = shared_from_this(), fresh = connection_, text] { return self->run(fresh, *text, false); },
@@ -208,13 +215,15 @@ class HttpTransport::Impl : public std::enable_shared_from_this<HttpTransport::I
     const std::string token_;
     HttpSession& session_;
     const Tell tell_;
+    const PacePtr pace_;
     ConnectionPtr connection_;
     bool stopped_ = false;
 };
 
 HttpTransport::HttpTransport(asio::io_context& io, Url url, std::string token, asio::ssl::context* tls,
-                             HttpSession& session, Tell tell)
-    : impl_(std::make_shared<Impl>(io, std::move(url), std::move(token), tls, session, std::move(tell))) {}
+                             HttpSession& session, Tell tell, PacePtr pace)
+    : impl_(std::make_shared<Impl>(io, std::move(url), std::move(token), tls, session, std::move(tell),
+                                   std::move(pace))) {}
 HttpTransport::~HttpTransport() = default;
 void HttpTransport::perform(HttpActions actions) {
     impl_->perform(std::move(actions));

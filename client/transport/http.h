@@ -5,6 +5,7 @@
 #include <string>
 
 #include "client/http_session.h"
+#include "client/pace.h"
 #include "client/url.h"
 
 namespace boost::asio {
@@ -23,9 +24,9 @@ class HttpTransport {
     using Tell = std::function<void(HttpAction&&)>;
 
     /// `io`, `session` and `tls` (used where the URL says so) outlive the transport. `token` goes along as a Bearer
-    /// token, unless it is empty.
+    /// token, unless it is empty. `pace` may be null.
     HttpTransport(boost::asio::io_context& io, Url url, std::string token, boost::asio::ssl::context* tls,
-                  HttpSession& session, Tell tell);
+                  HttpSession& session, Tell tell, PacePtr pace = nullptr);
     ~HttpTransport();
     HttpTransport(const HttpTransport&) = delete;
     HttpTransport& operator=(const HttpTransport&) = delete;

@@ -29,7 +29,8 @@ class NativeLink final : public Link {
                std::function<void(Notice&&)> tell)
         : session_(url.model, std::move(options.token), std::move(options.wants), options.retry, options.limits,
                    options.seed),
-          transport_(io, url, tls, session_, [t = std::move(tell)](Action&& action) { pass_on(action, t); }) {}
+          transport_(
+              io, url, tls, session_, [t = std::move(tell)](Action&& action) { pass_on(action, t); }, options.pace) {}
     void restore(Stored stored) override { session_.restore(std::move(stored)); }
     void start() override { transport_.perform(session_.start(Clock::now())); }
     void want(Wants wants) override { transport_.perform(session_.want(std::move(wants), Clock::now())); }
@@ -47,8 +48,9 @@ class HttpLink final : public Link {
     HttpLink(asio::io_context& io, asio::ssl::context* tls, const Url& url, LinkOptions options,
              std::function<void(Notice&&)> tell)
         : session_(std::move(options.wants), options.retry, options.limits, options.seed),
-          transport_(io, url, std::move(options.token), tls, session_,
-                     [t = std::move(tell)](HttpAction&& action) { pass_on(action, t); }) {}
+          transport_(
+              io, url, std::move(options.token), tls, session_,
+              [t = std::move(tell)](HttpAction&& action) { pass_on(action, t); }, options.pace) {}
     void restore(Stored stored) override { session_.restore(std::move(stored)); }
     void start() override { transport_.perform(session_.start(Clock::now())); }
     void want(Wants wants) override { transport_.perform(session_.want(std::move(wants), Clock::now())); }

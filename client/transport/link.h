@@ -5,6 +5,7 @@
 #include <string>
 #include <variant>
 
+#include "client/pace.h"
 #include "client/session.h"
 #include "client/url.h"
 
@@ -39,6 +40,7 @@ struct LinkOptions {
     Limits limits;
     std::string token;
     std::uint32_t seed = 1;
+    PacePtr pace{};  // may be null
 };
 
 /// `tell` may block: nothing is read meanwhile. `io` and `tls` (used where the URL says so) outlive the link.

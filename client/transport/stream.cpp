@@ -6,7 +6,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "client/transport/wire.h"
+#include "client/transport/paced_wire.h"
 
 namespace mvw::client {
 namespace {
@@ -25,8 +25,14 @@ struct Connection {
 
 class StreamTransport::Impl : public std::enable_shared_from_this<StreamTransport::Impl> {
  public:
-    Impl(asio::io_context& io, Url url, asio::ssl::context* tls, Session& session, Tell tell)
-        : io_(io), tls_(tls), timer_(io), url_(std::move(url)), session_(session), tell_(std::move(tell)) {}
+    Impl(asio::io_context& io, Url url, asio::ssl::context* tls, Session& session, Tell tell, PacePtr pace)
+        : io_(io),
+          tls_(tls),
+          timer_(io),
+          url_(std::move(url)),
+          session_(session),
+          tell_(std::move(tell)),
+          pace_(std::move(pace)) {}
 
     void perform(Actions actions) {
         for (Action& action : actions) {
@@ -55,7 +61,8 @@ class StreamTransport::Impl : public std::enable_shared_from_this<StreamTranspor
 
     void connect() {
         disconnect();
-        connection_ = std::make_shared<Connection>(Connection{make_wire(io_, url_, tls_), {}, false, true});
+        connection_ =
+            std::make_shared<Connection>(Connection{at_pace(io_, make_wire(io_, url_, tls_), pace_), {}, false, true});
         asio::co_spawn(
             io_, [self = shared_from_this(), c = connection_] { return self->run(c); }, asio::detached);
     }
@@ -121,12 +128,14 @@ class StreamTransport::Impl : public std::enable_shared_from_this<StreamTranspor
     const Url url_;
     Session& session_;
     const Tell tell_;
+    const PacePtr pace_;
     ConnectionPtr connection_;
     bool stopped_ = false;
 };
 
-StreamTransport::StreamTransport(asio::io_context& io, Url url, asio::ssl::context* tls, Session& session, Tell tell)
-    : impl_(std::make_shared<Impl>(io, std::move(url), tls, session, std::move(tell))) {}
+StreamTransport::StreamTransport(asio::io_context& io, Url url, asio::ssl::context* tls, Session& session, Tell tell,
+                                 PacePtr pace)
+    : impl_(std::make_shared<Impl>(io, std::move(url), tls, session, std::move(tell), std::move(pace))) {}
 StreamTransport::~StreamTransport() = default;
 void StreamTransport::perform(Actions actions) {
     impl_->perform(std::move(actions));

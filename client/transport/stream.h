@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "client/pace.h"
 #include "client/session.h"
 #include "client/url.h"
 
@@ -23,7 +24,9 @@ class StreamTransport {
     using Tell = std::function<void(Action&&)>;
 
     /// `io`, `session` and `tls` (used where the URL says so) outlive the transport.
-    StreamTransport(boost::asio::io_context& io, Url url, boost::asio::ssl::context* tls, Session& session, Tell tell);
+    /// `pace` may be null.
+    StreamTransport(boost::asio::io_context& io, Url url, boost::asio::ssl::context* tls, Session& session, Tell tell,
+                    PacePtr pace = nullptr);
     ~StreamTransport();
     StreamTransport(const StreamTransport&) = delete;
     StreamTransport& operator=(const StreamTransport&) = delete;

@@ -40,6 +40,7 @@ trim_draco() {
         "$1/attributes/prediction_schemes/prediction_scheme_decoder_factory.h"
     sed -i '/case SEQUENTIAL_ATTRIBUTE_ENCODER_\(GENERIC\|QUANTIZATION\):/,/AttributeDecoder());/d' \
         "$1/attributes/sequential_attribute_decoders_controller.cc"
+    sed -i '/if (GetDecoder()->options()) {/,/^    }$/d' "$1/attributes/sequential_attribute_decoders_controller.cc"
     sed -i 's/DRACO_RETURN_IF_ERROR(DecodeMetadata())/return Status(Status::UNSUPPORTED_FEATURE, "metadata");/' \
         "$1/point_cloud/point_cloud_decoder.cc"
     # Nor has a mesh of one attribute seams.

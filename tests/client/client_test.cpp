@@ -90,6 +90,18 @@ TEST_P(EveryWayTest, BringsTheFileByteForByte) {
     EXPECT_TRUE(summary->first_mesh_seconds);
 }
 
+TEST_P(EveryWayTest, ComesNoFasterThanThePace) {
+    start();
+    const auto pace = std::make_shared<Pace>();
+    pace->bytes_per_second = 2.0 * static_cast<double>(torus_file().size());
+    options_.pace = pace;
+    Stream stream(url_, options_, {});
+    const Result<Summary> summary = stream.wait();
+    ASSERT_TRUE(summary.ok()) << summary.error().message;
+    EXPECT_GE(summary->seconds, 0.35);
+    EXPECT_EQ(stream.feed().file().value(), torus_file());
+}
+
 TEST_P(EveryWayTest, WaitingLateIsNoLongWait) {
     start();
     std::atomic<bool> refined = false;

@@ -119,6 +119,7 @@ TEST(ViewCommand, AWindowShowsTheModelAndItsControls) {
     EXPECT_LT(differing(plain, shoot({})), 3000u);  // figures of time and frames
     EXPECT_GT(differing(plain, shoot({"--wireframe"})), 5000u);
     EXPECT_GT(differing(plain, shoot({"--level", "0"})), 5000u);
+    EXPECT_GT(differing(plain, shoot({"--layer", "0"})), 2000u);
     EXPECT_GT(differing(plain, shoot({"--z-up"})), 5000u);
 }
 

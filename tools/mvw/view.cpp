@@ -17,7 +17,8 @@ constexpr unsigned kFinest = 255;
 
 struct ViewArguments {
     std::string file, screenshot, size = "1024x768";
-    unsigned level = kFinest;
+    unsigned level = kFinest, layer = kFinest;
+    double mbit_per_second = 0;  // 0: as fast as it goes
     bool z_up = false, controls = false;
     PictureOptions picture;
 };
@@ -65,6 +66,8 @@ void show_window(const ViewArguments& arguments) {
     options.width = static_cast<int>(arguments.picture.width);
     options.height = static_cast<int>(arguments.picture.height);
     options.level = arguments.level;
+    options.layer = arguments.layer;
+    if (arguments.mbit_per_second > 0) options.bytes_per_second = arguments.mbit_per_second * 1e6 / 8;
     options.wireframe = arguments.picture.wireframe;
     options.flat = arguments.picture.flat;
     options.z_up = arguments.z_up;
@@ -105,6 +108,9 @@ void add_view(CLI::App& app) {
     command->add_flag("--z-up", arguments->z_up, "The model's z axis points up, not its y axis");
     command->add_option("--size", arguments->size, "Width and height in pixels")->capture_default_str();
     command->add_option("--level", arguments->level, "Of a .mvw file: 0 is the base mesh, the finest where not given");
+    command->add_option("--layer", arguments->layer, "Of a window: no finer layer is used");
+    command->add_option("--mbit", arguments->mbit_per_second, "Of a window: the link is no faster, at first")
+        ->check(CLI::PositiveNumber);
     command->add_flag("--wireframe", arguments->picture.wireframe, "Draw the triangles' edges, too");
     command->add_flag("--flat", arguments->picture.flat, "Shade each triangle by itself");
     command->add_option("--yaw", arguments->picture.yaw, "Degrees to the right around the model")

@@ -2,14 +2,45 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
+#include "codec/container/toc.h"
 #include "codec/mesh/io/files.h"
 
 namespace mvw::client {
+namespace {
+
+// Of a file's chunks as far as `bytes` go, no layer above `layer`; of one without a sound index, its beginning.
+Decoder decoder_of_file(ByteSpan file, const Limits& limits, unsigned layer, double bytes) {
+    Decoder decoder(limits);
+    const ByteSpan front = file.first(static_cast<std::size_t>(std::min(bytes, static_cast<double>(file.size()))));
+    const Result<FileHeader> header = read_header(file, limits);
+    const Result<Toc> toc = header.ok() && header->file_bytes() <= file.size()
+                                ? read_toc(*header, file.subspan(header->index_offset), file.size(), limits)
+                                : Result<Toc>(Error{});
+    if (!toc.ok()) {
+        (void)decoder.feed(front).ok();
+        decoder.finish();
+        return decoder;
+    }
+    (void)decoder.feed_header(file.first(header->header_bytes)).ok();
+    for (const ChunkEntry& chunk : toc->chunks) {
+        if (chunk.offset + chunk.length > front.size()) break;
+        if (chunk.id.layer <= layer || chunk.id.channel == Channel::Base)
+            (void)decoder.feed_chunk(chunk.id, file.subspan(chunk.offset, chunk.length), chunk.crc32c).ok();
+    }
+    return decoder;
+}
+
+}  // namespace
 
 LiveModel::LiveModel(std::string place, StreamOptions options)
     : place_(std::move(place)), options_(std::move(options)), thread_([this] { run(); }) {}
+
+bool LiveChoice::is_of_all(const FileHeader& header) const {
+    return layer + 1 >= header.layers && bytes >= static_cast<double>(header.file_bytes());
+}
 
 LiveModel::~LiveModel() {
     {
@@ -26,9 +57,9 @@ std::unique_ptr<LiveFrame> LiveModel::take() {
     return std::move(frame_);
 }
 
-void LiveModel::show(const DrawableOptions& options) {
+void LiveModel::show(const LiveChoice& choice) {
     const std::lock_guard lock(mutex_);
-    shown_ = options;
+    shown_ = choice;
     ++asked_;
     changed_.notify_all();
 }
@@ -80,12 +111,16 @@ void LiveModel::stream(const Url& url) {
     Callbacks callbacks;
     callbacks.refined = [this](const Refinement& r, const Decoder& decoder) {
         note(r.state);
-        if (r.waiting == 0) draw(decoder, r.state);
+        decode_seconds_ = r.decode_seconds;
+        const auto less = [&](unsigned layer, double bytes) { return r.feed->decoder_of(layer, bytes); };
+        if (r.waiting == 0) draw(decoder, r.state, less);
     };
     callbacks.broken = [this](const Broken& b) { say("no connection, trying again: " + b.why.message); };
     callbacks.resumed = [this] { say({}); };
     callbacks.restarted = [this] { say("the model has changed on the server: loading the new one"); };
-    Stream stream(url, options_, std::move(callbacks));
+    StreamOptions options = options_;
+    options.keep_chunks = true;
+    Stream stream(url, options, std::move(callbacks));
     {
         const std::lock_guard lock(mutex_);
         stream_ = &stream;
@@ -98,30 +133,52 @@ void LiveModel::stream(const Url& url) {
         stream_ = nullptr;
     }
     say(summary.ok() ? std::string() : summary.error().message);
-    serve_requests(stream.feed().decoder());
+    const Feed& feed = stream.feed();
+    serve_requests(feed.decoder(), feed.state(),
+                   [&](unsigned layer, double bytes) { return feed.decoder_of(layer, bytes); });
 }
 
 void LiveModel::read_file() {
     Decoder decoder(options_.limits);
     const Result<Bytes> file = mvw::read_file(place_);
     Result<void> fed = file.ok() ? Result<void>() : Result<void>(file.error());
+    const auto less = [&](unsigned layer, double bytes) {
+        return decoder_of_file(*file, options_.limits, layer, bytes);
+    };
     constexpr std::size_t kSlice = 512;
     for (std::size_t at = 0; fed.ok() && at < file->size(); at += kSlice) {
+        const std::uint64_t before = decoder.revision();
+        const auto begun = std::chrono::steady_clock::now();
         fed = decoder.feed(ByteSpan(*file).subspan(at, std::min(kSlice, file->size() - at)));
+        decode_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
         note(decoder.state());
+        if (!is_paced()) continue;
+        if (decoder.revision() != before) draw(decoder, decoder.state(), less);
+        if (!wait_for_pace(kSlice)) break;
     }
     if (!fed.ok()) say(place_ + ": " + fed.error().message);
     decoder.finish();
-    serve_requests(decoder);
+    serve_requests(decoder, decoder.state(), less);
 }
 
-void LiveModel::serve_requests(const Decoder& decoder) {
+bool LiveModel::is_paced() const {
+    return options_.pace && std::isfinite(options_.pace->bytes_per_second);
+}
+
+// False where the model is to end.
+bool LiveModel::wait_for_pace(double bytes) {
+    const std::chrono::duration<double> time(bytes / options_.pace->bytes_per_second);
+    std::unique_lock lock(mutex_);
+    return !changed_.wait_for(lock, time, [this] { return stopping_; });
+}
+
+void LiveModel::serve_requests(const Decoder& decoder, const DecodeState& state, const LessOfIt& less) {
     std::unique_lock lock(mutex_);
     ended_ = true;
     for (++asked_; !stopping_;) {  // the last bytes are drawn in any case
         if (answered_ != asked_) {
             lock.unlock();
-            draw(decoder, decoder.state());
+            draw(decoder, state, less);
             lock.lock();
         } else {
             changed_.wait(lock, [this] { return stopping_ || answered_ != asked_; });
@@ -129,25 +186,32 @@ void LiveModel::serve_requests(const Decoder& decoder) {
     }
 }
 
-void LiveModel::draw(const Decoder& decoder, const DecodeState& state) {
-    DrawableOptions options;
+void LiveModel::draw(const Decoder& decoder, const DecodeState& state, const LessOfIt& less) {
+    LiveChoice choice;
     std::uint64_t version = 0;
+    bool ended = false;
     {
         const std::lock_guard lock(mutex_);
-        options = shown_;
+        choice = shown_;
         version = asked_;
+        ended = ended_;
     }
     const auto begun = std::chrono::steady_clock::now();
-    Result<Drawable> drawable = make_drawable(decoder, options);
+    if (choice.lines.level == 255 && !ended) choice.lines.level = state.level + 1;
+    std::optional<Decoder> part;
+    if (decoder.header() != nullptr && !choice.is_of_all(*decoder.header())) part = less(choice.layer, choice.bytes);
+    Result<Drawable> drawable = make_drawable(part ? *part : decoder, choice.lines);
     auto frame = std::make_unique<LiveFrame>();
     if (drawable.ok()) {
         frame->drawable = std::move(*drawable);
-        frame->state = state;
+        frame->state = part ? part->state() : state;
+        frame->arrived = static_cast<double>(state.bytes);
         frame->draw_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+        frame->decode_seconds = decode_seconds_;
         frame->file_bytes = decoder.header()->file_bytes();
+        frame->layers = decoder.header()->layers;
         frame->parts = static_cast<unsigned>(decoder.header()->parts.size());
-        for (const PartInfo& part : decoder.header()->parts)
-            frame->levels = std::max<unsigned>(frame->levels, part.levels);
+        for (const PartInfo& p : decoder.header()->parts) frame->levels = std::max<unsigned>(frame->levels, p.levels);
     }
     const std::lock_guard lock(mutex_);
     answered_ = version;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <future>
 #include <memory>
 
 #include "client/viewer/image.h"
@@ -92,6 +93,7 @@ bool steer_by_keys(Panel& panel) {
     if (pressed(GLFW_KEY_MINUS)) camera.zoom = std::max(0.2, camera.zoom / 1.15);
     if (pressed(GLFW_KEY_0)) camera.yaw = 30, camera.pitch = 15, camera.zoom = 1, camera.pan_x = camera.pan_y = 0;
     if (pressed(GLFW_KEY_F)) panel.look.flat = !panel.look.flat;
+    if (pressed(GLFW_KEY_C)) panel.look.colors = !panel.look.colors;
     const bool wires = pressed(GLFW_KEY_W), base = pressed(GLFW_KEY_B);
     if (wires) panel.look.edges = !panel.look.edges;
     if (base) panel.look.base_edges = !panel.look.base_edges;
@@ -111,18 +113,29 @@ Result<void> save_window(const std::string& path, int width, int height) {
     return write_png(path, image);
 }
 
+/// Of kSpeeds, the one nearest below; the slowest where all are above.
+std::size_t fastest_within(double bytes_per_second) {
+    std::size_t k = 0;
+    while (k + 1 < kSpeeds.size() && kSpeeds[k].bytes_per_second > bytes_per_second) ++k;
+    return k;
+}
+
 /// One window's loop: takes what is there, draws, asks for what is in view.
 class Loop {
  public:
     Loop(const WindowOptions& options, GLFWwindow* window)
-        : options_(options), window_(window), model_(options.place, options.stream) {
+        : options_(options), window_(window), stream_(options.stream) {
+        panel_.speed = fastest_within(options.bytes_per_second);
+        pace_->bytes_per_second = options.bytes_per_second;
+        stream_.pace = pace_;
+        panel_.layer = static_cast<int>(std::min(options.layer, 255u));
         panel_.level = static_cast<int>(std::min(options.level, 255u));
         panel_.look.edges = options.wireframe;
         panel_.look.flat = options.flat;
         panel_.camera.yaw = options.yaw;
         panel_.camera.pitch = options.pitch;
         panel_.camera.z_up = options.z_up;
-        model_.show(panel_.drawable_options());
+        load();
     }
 
     Result<WindowSummary> run() {
@@ -148,10 +161,13 @@ class Loop {
         glfwGetFramebufferSize(window_, &width, &height);
         steer_by_mouse(panel_.camera, std::max(height, 1));
         panel_.frame_rate = static_cast<double>(ImGui::GetIO().Framerate);
-        panel_.message = model_.message();
-        panel_.ended = model_.ended();
+        panel_.message = model_->message();
+        panel_.ended = model_->ended();
         const bool by_key = steer_by_keys(panel_);
-        if (draw_panel(panel_) || by_key) model_.show(panel_.drawable_options());
+        const PanelEvents events = draw_panel(panel_);
+        if (events.speed) pace_->bytes_per_second = kSpeeds[panel_.speed].bytes_per_second;
+        if (events.again) load();
+        if (events.choice || by_key) model_->show(panel_.choice());
         ImGui::Render();
         summary_.longest_wait =
             std::max(summary_.longest_wait, Seconds(std::chrono::steady_clock::now() - begun).count());
@@ -163,13 +179,22 @@ class Loop {
         ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
         ++summary_.frames;
         ask_for_view(height);
-        if (!options_.screenshot.empty() && model_.settled() && ++settled_frames_ > 2) return shoot(width, height);
+        if (!options_.screenshot.empty() && model_->settled() && ++settled_frames_ > 2) return shoot(width, height);
         glfwSwapBuffers(window_);
         return true;
     }
 
+    /// From its first byte. No frame waits for the model that was there to end.
+    void load() {
+        if (model_) leaving_ = std::async(std::launch::async, [old = std::move(model_)]() mutable { old.reset(); });
+        panel_.bytes.reset();
+        asked_view_ = {};
+        model_ = std::make_unique<LiveModel>(options_.place, stream_);
+        model_->show(panel_.choice());
+    }
+
     void take_frame() {
-        const std::unique_ptr<LiveFrame> fresh = model_.take();
+        const std::unique_ptr<LiveFrame> fresh = model_->take();
         if (!fresh) return;
         if (!std::exchange(fitted_, true)) panel_.camera.fit(fresh->drawable);
         panel_.note(*fresh);
@@ -179,7 +204,7 @@ class Loop {
     /// A few times a second, where the camera has moved or a first mesh has come.
     void ask_for_view(int height) {
         const auto now = std::chrono::steady_clock::now();
-        if (!fitted_ || model_.ended() || now - asked_at_ < std::chrono::milliseconds(250) ||
+        if (!fitted_ || model_->ended() || now - asked_at_ < std::chrono::milliseconds(250) ||
             panel_.camera.view == asked_view_)
             return;
         asked_at_ = now;
@@ -187,7 +212,7 @@ class Loop {
         const Turntable& camera = panel_.camera;
         View view{camera.view, camera.projection[0], camera.projection[5], 0.05f * camera.radius};
         view.height = static_cast<unsigned>(std::max(height, 1));
-        model_.look(view);
+        model_->look(view);
     }
 
     Result<bool> shoot(int width, int height) {
@@ -199,7 +224,10 @@ class Loop {
 
     const WindowOptions& options_;
     GLFWwindow* window_;
-    LiveModel model_;
+    StreamOptions stream_;
+    const std::shared_ptr<Pace> pace_ = std::make_shared<Pace>();
+    std::unique_ptr<LiveModel> model_;
+    std::future<void> leaving_;  // the model before it, which takes a moment to end
     LiveRenderer renderer_;
     Panel panel_;
     bool fitted_ = false;

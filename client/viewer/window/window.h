@@ -1,5 +1,6 @@
 // A window that shows a model as it refines: GLFW, OpenGL 3.3, Dear ImGui.
 #pragma once
+#include <limits>
 #include <string>
 
 #include "client/client.h"
@@ -11,7 +12,8 @@ struct WindowOptions {
     std::string place;  // a .mvw file or a URL
     StreamOptions stream;
     int width = 1280, height = 800;
-    unsigned level = 255;
+    unsigned level = 255, layer = 255;
+    double bytes_per_second = std::numeric_limits<double>::infinity();  // of the link, at first
     bool wireframe = false, flat = false, z_up = false;
     double yaw = 30, pitch = 15;
     std::string screenshot;  // PNG of the whole window once everything is there; then it closes

@@ -24,7 +24,7 @@ export class Viewer {
     this.view = { level: null, layer: null, bytes: null, edges: false, baseEdges: false };
     this.choices = { shading: 'smooth', up: 'y', speed: 'full', via: 'http' };
     this.plot = new Plot(this.find('#plot'), timed('scrub', (bytes) => this.setView({ bytes })));
-    steer(this.stage, this.camera, timed('steer', () => this.paint()));
+    steer(this.stage, this.camera, timed('steer', () => (this.paint(), this.look())));
     this.listen(element);
     new ResizeObserver(timed('resize', () => this.resize())).observe(this.stage);
     addEventListener('theme', () => this.themed());
@@ -146,7 +146,10 @@ export class Viewer {
   refine() {
     const { model, camera } = this;
     const { drawable } = model;
-    if (!camera.middle) camera.fit(drawable.positions);
+    if (!camera.middle) {
+      camera.fit(drawable.positions);
+      this.look();
+    }
     this.find('#opening').hidden = true;
     this.find('[data-toggle="colors"]').disabled = !drawable.colors;
     if (model.status === 'streaming') this.tellStatus('streaming');
@@ -236,6 +239,19 @@ export class Viewer {
   }
 
   /** Soon, once: a frame draws whatever is there; nothing is waited for. */
+  /** A few times a second: what is in view comes first. */
+  look() {
+    const { model, camera } = this;
+    if (this.looking || !model || this.choices.via !== 'ws') return;
+    this.looking = setTimeout(() => {
+      this.looking = 0;
+      if (model !== this.model || !camera.middle || model.status === 'complete') return;
+      const { width, height } = this.stage;
+      const { view, projection } = camera.matrices(width / height);
+      model.setCamera({ fromModel: view, scaleX: projection[0], scaleY: projection[5], nearest: camera.radius * 0.05, height });
+    }, 250);
+  }
+
   paint() {
     if (this.painting) return;
     this.painting = requestAnimationFrame((now) => {

@@ -77,8 +77,23 @@ export interface OpenOptions {
   prefix?: number;
   /** For servers that ask for one. */
   token?: string;
+  /** As by setCamera(). */
+  camera?: Eye;
   /** The decoder stops at the level that fits. */
   memoryBytes?: number;
+}
+
+/** A camera that looks along -z; drawables are relative to the same origin. */
+export interface Eye {
+  /** Rigid, column-major. */
+  fromModel: ArrayLike<number>;
+  /** 1 / tangent of half the angle of view, across and up. */
+  scaleX: number;
+  scaleY: number;
+  /** Nothing counts as nearer than this. */
+  nearest: number;
+  /** Of the picture, in pixels. */
+  height: number;
 }
 
 export type Status = 'opening' | 'streaming' | 'lost' | 'resumed' | 'restarted' | 'complete' | 'failed';
@@ -96,6 +111,8 @@ export class Model extends EventTarget {
   /** Milliseconds, while the connection is lost. */
   readonly retryIn?: number;
   setView(view: View): void;
+  /** Over a WebSocket: tiles come in the order of what is left of their error on the screen. */
+  setCamera(camera: Eye): void;
   setPace(bytesPerSecond: number): void;
   close(): void;
   first(): Promise<this>;

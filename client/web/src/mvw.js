@@ -43,6 +43,10 @@ export class Model extends EventTarget {
   setView(view) {
     this.post({ kind: 'view', view });
   }
+  /** Over a WebSocket: tiles come in the order of what is left of their error on the screen. Of no use more often than a few times a second. */
+  setCamera(camera) {
+    this.post({ kind: 'camera', camera });
+  }
   /** Infinity: as fast as it comes. */
   setPace(bytesPerSecond) {
     this.post({ kind: 'pace', bytesPerSecond });

@@ -7,8 +7,8 @@ const Step = {
   Restarted: 10, Failed: 11,
 };
 
-/** As streamHttp(); url: ws://host:port/model or wss://, as the other clients have it. */
-export function streamWebSocket(url, decoder, pace, tell, signal, token = '') {
+/** As streamHttp(); eye.camera, where it is set, tells which tiles come first: eye.moved() once it has changed. url: ws://host:port/model or wss://, as the other clients have it. */
+export function streamWebSocket(url, decoder, pace, tell, signal, token = '', eye = {}) {
   const { module, door } = decoder;
   const at = new URL(url);
   const name = decodeURIComponent(at.pathname.slice(1));
@@ -24,6 +24,7 @@ export function streamWebSocket(url, decoder, pace, tell, signal, token = '') {
   return new Promise((resolve, reject) => {
     const now = () => performance.now();
     const end = (finish, value) => {
+      delete eye.moved;
       clearTimeout(timer);
       drop();
       finish(value);
@@ -70,6 +71,12 @@ export function streamWebSocket(url, decoder, pace, tell, signal, token = '') {
         else if (next === Step.Failed) return end(reject, new MvwError('io', module.text()));
       }
     }
+    eye.moved = () => {
+      const { fromModel, scaleX, scaleY, nearest, height } = eye.camera;
+      const numbers = new Float32Array([...fromModel, scaleX, scaleY, nearest, height]);
+      step(() => module.with(new Uint8Array(numbers.buffer), (at) => door.mvw_link_look(link, at, now())));
+    };
+    if (eye.camera) eye.moved();
     signal.addEventListener('abort', () => end(resolve));
     step(() => door.mvw_link_start(link, now()));
   }).finally(() => door.mvw_link_delete(link));

@@ -16,8 +16,9 @@ function compiled() {
 }
 
 class Model {
-  constructor(id, { url, token, memoryBytes, bytesPerSecond, view, prefix }) {
+  constructor(id, { url, token, memoryBytes, bytesPerSecond, view, prefix, camera }) {
     Object.assign(this, { id, url, token, memoryBytes, prefix });
+    this.eye = { camera };
     this.view = view ?? {};
     this.pace = new Pace(bytesPerSecond ?? Infinity);
     this.stopping = new AbortController();
@@ -36,7 +37,7 @@ class Model {
       this.decoder = this.timed(new Decoder(await compiled(), this.memoryBytes));
       if (this.prefix) await this.fetchPrefix();
       else if (/^wss?:/.test(this.url))
-        await streamWebSocket(this.url, this.decoder, this.pace, tell, this.stopping.signal, this.token);
+        await streamWebSocket(this.url, this.decoder, this.pace, tell, this.stopping.signal, this.token, this.eye);
       else await streamHttp(this.url, this.decoder, this.pace, tell, this.stopping.signal, this.token);
       this.done = true;
       this.refresh();
@@ -167,7 +168,10 @@ addEventListener('message', ({ data }) => {
   const model = models.get(data.id);
   if (!model) return;
   if (data.kind === 'taken') model.taken();
-  else if (data.kind === 'view') {
+  else if (data.kind === 'camera') {
+    model.eye.camera = data.camera;
+    model.eye.moved?.();
+  } else if (data.kind === 'view') {
     Object.assign(model.view, data.view);
     if (model.decoder) model.refresh();
   } else if (data.kind === 'pace') model.pace.bytesPerSecond = data.bytesPerSecond;

@@ -2,6 +2,7 @@
 // src/module.js wraps every one of them and is their only caller.
 #include <emscripten/emscripten.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "client/web/wasm/link.h"
@@ -147,6 +148,16 @@ EMSCRIPTEN_KEEPALIVE void mvw_link_disconnected(Link* link, double now) {
 }
 EMSCRIPTEN_KEEPALIVE void mvw_link_timer(Link* link, double now) {
     link->timer(now);
+}
+/// camera: 16 numbers from the model to the eye, column-major; two of scale, nearest, height of the picture in pixels.
+EMSCRIPTEN_KEEPALIVE void mvw_link_look(Link* link, const float* camera, double now) {
+    mvw::client::View view;
+    std::copy_n(camera, view.from_model.size(), view.from_model.begin());
+    view.scale_x = camera[16];
+    view.scale_y = camera[17];
+    view.nearest = camera[18];
+    view.height = static_cast<unsigned>(camera[19]);
+    link->look(view, now);
 }
 /// The next thing to do (link.h), with its number in numbers[0], its sentence or bytes in mvw_text().
 EMSCRIPTEN_KEEPALIVE int mvw_link_next(Link* link, double now) {

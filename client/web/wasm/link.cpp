@@ -24,8 +24,35 @@ void Link::add(client::Actions actions) {
     actions_.insert(actions_.end(), std::make_move_iterator(actions.begin()), std::make_move_iterator(actions.end()));
 }
 
+void Link::look(const client::View& view, double now) {
+    view_ = view;
+    choose(now);
+}
+
+void Link::choose(double now) {
+    const Decoder& decoder = model_.decoder();
+    if (!view_ || decoder.header() == nullptr) return;
+    std::size_t bases = 0;
+    for (std::size_t part = 0; part < decoder.header()->parts.size(); ++part) bases += decoder.base(part) != nullptr;
+    if (bases != placed_bases_) {
+        placed_bases_ = bases;
+        places_ = client::place_tiles(decoder);
+    }
+    client::Wants wants;
+    wants.tiles = choose_tiles(places_, *view_);
+    if (wants.tiles == chosen_) return;
+    chosen_ = wants.tiles;
+    add(session_.want(std::move(wants), at(now)));
+}
+
 Step Link::next(double now, std::string& text, double& number) {
     if (next_ == actions_.size()) return Step::Nothing;
+    const Step step = take(now, text, number);
+    if (step == Step::Received) choose(now);  // another part's base may have come
+    return step;
+}
+
+Step Link::take(double now, std::string& text, double& number) {
     return std::visit(
         [&](auto& action) {
             using A = std::decay_t<decltype(action)>;
@@ -55,6 +82,8 @@ Step Link::next(double now, std::string& text, double& number) {
                 return Step::Resumed;
             } else if constexpr (std::is_same_v<A, client::Restarted>) {
                 model_.take(action);
+                placed_bases_ = 0;
+                chosen_.clear();
                 return Step::Restarted;
             } else {
                 static_assert(std::is_same_v<A, client::Failed>);

@@ -1,9 +1,12 @@
 // A session of the native protocol (client/session.h) whose chunks go to a model, for a WebSocket that JavaScript
 // holds.
 #pragma once
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "client/session.h"
+#include "client/view.h"
 #include "client/web/wasm/model.h"
 
 namespace mvw::web {
@@ -37,17 +40,26 @@ class Link {
         add(session_.on_disconnected({Errc::Io, 0, "the connection to the server is gone"}, at(now)));
     }
     void timer(double now) { add(session_.on_timer(at(now))); }
+    /// From now on tiles come in the order in which they matter to this camera, as soon as it is known where they are.
+    void look(const client::View& view, double now);
 
     Step next(double now, std::string& text, double& number);
 
  private:
     static client::Clock::time_point at(double milliseconds);
     void add(client::Actions actions);
+    void choose(double now);
+    Step take(double now, std::string& text, double& number);
 
     Model& model_;
     client::Session session_;
     client::Actions actions_;
     std::size_t next_ = 0;
+
+    std::optional<client::View> view_;
+    std::vector<client::TilePlace> places_;
+    std::size_t placed_bases_ = 0;
+    std::vector<protocol::TilePriority> chosen_;  // what was last asked for
 };
 
 }  // namespace mvw::web

@@ -14,15 +14,16 @@ const page = process.env.MVW_PAGE ?? path.join(root, 'build/page');
 export const folder = mkdtempSync(path.join(tmpdir(), 'mvw-web-'));
 process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
 
-/** A ball with hills: closed, smooth, some thousand triangles. */
-function ball(rings = 56) {
+/** A ball with hills: closed, smooth, some thousand triangles; with stripes of colour, if asked for. */
+function ball(rings = 56, striped = false) {
   const lines = [];
   const at = (i, k) => {
     const [a, b] = [(Math.PI * i) / rings, (2 * Math.PI * k) / (2 * rings)];
     const r = 1 + 0.12 * Math.sin(5 * a) * Math.cos(4 * b) + 0.03 * Math.sin(17 * a) * Math.sin(13 * b);
     return [r * Math.sin(a) * Math.cos(b), r * Math.cos(a), -r * Math.sin(a) * Math.sin(b)];
   };
-  const point = (p) => lines.push(`v ${p.map((x) => x.toFixed(6)).join(' ')}`);
+  const paint = ([x, y, z]) => [0.5 + 0.5 * Math.sin(4 * y), 0.35 + 0.3 * Math.sin(3 * x), 0.5 - 0.5 * Math.sin(4 * z)];
+  const point = (p) => lines.push(`v ${[...p, ...(striped ? paint(p) : [])].map((x) => x.toFixed(6)).join(' ')}`);
   point(at(0, 0));
   for (let i = 1; i < rings; i++) for (let k = 0; k < 2 * rings; k++) point(at(i, k));
   point(at(rings, 0));
@@ -45,6 +46,16 @@ export function makeModels() {
   return readFileSync(path.join(folder, 'ball.mvw')).length;
 }
 
+/** A folder with a model in colours and many tiles. */
+export function makePainted() {
+  const other = path.join(folder, '.painted');
+  mkdirSync(other);
+  writeFileSync(path.join(other, 'painted.obj'), ball(56, true));
+  const made = spawnSync(program, ['encode', path.join(other, 'painted.obj'), path.join(other, 'painted.mvw'), '--tile-count', '16']);
+  if (made.status !== 0) throw new Error(String(made.stderr));
+  return other;
+}
+
 /** A file of keys for `mvw serve --tokens`, and a token of it that opens one model. */
 export function makeToken(model) {
   const keys = path.join(folder, 'keys');
@@ -57,8 +68,11 @@ export function makeToken(model) {
 /** `mvw serve` as a process that can be killed and started again at the same place. */
 export class Server {
   port = 0;
+  constructor(place = folder) {
+    this.folder = place;
+  }
   async start(more = []) {
-    const args = ['serve', folder, '--tcp', '127.0.0.1:0', '--http', `127.0.0.1:${this.port}`, '--page', page, ...more];
+    const args = ['serve', this.folder, '--tcp', '127.0.0.1:0', '--http', `127.0.0.1:${this.port}`, '--page', page, ...more];
     this.process = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'] });
     this.wanted = true;
     this.process.once('exit', (code, signal) => this.wanted && console.error(`mvw serve ended by itself: ${code} ${signal}`));

@@ -1,7 +1,7 @@
 // The page that `mvw serve` offers at /, used as a person would.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
-import { changes, complete, figure, isAgain, launch, looksLike, makeModels, makeToken, openTab, Server, settle, stagePixels } from './browser.mjs';
+import { changes, complete, eventually, figure, isAgain, launch, looksLike, makeModels, makePainted, makeToken, openTab, Server, settle, stagePixels } from './browser.mjs';
 
 const size = makeModels();
 const server = new Server();
@@ -36,6 +36,18 @@ test('the policy allows our own scripts and WebAssembly, and nothing looser', as
   assert.match(policy, /(^|; )default-src 'none'/);
   assert.match(policy, /(^|; )script-src 'self' 'wasm-unsafe-eval'(;|$)/);
   assert.doesNotMatch(policy, /'unsafe-inline'|'unsafe-eval'|\*/);
+});
+
+test('the page and its module come packed: at most 150 KB over the network', async () => {
+  const sizes = [];
+  tab.on('requestfinished', async (request) => {
+    if (!request.url().includes('/models')) sizes.push(request.sizes().then((size) => [request.url(), size.responseBodySize]));
+  });
+  await open('ball');
+  const bytes = (await Promise.all(sizes)).reduce((sum, [, size]) => sum + size, 0);
+  assert.ok(bytes > 20000 && bytes <= 150 * 1024, `${bytes} bytes: ${JSON.stringify(await Promise.all(sizes))}`);
+  const { headers } = await fetch(`${server.url}mvw.wasm`, { headers: { 'Accept-Encoding': 'gzip' } });
+  assert.equal(headers.get('content-encoding'), 'gzip');
 });
 
 test('behind tokens the page shows what its own one opens, and without one nothing', async () => {
@@ -212,13 +224,43 @@ test('over a WebSocket the same model arrives', async () => {
   await open('ball');
   const triangles = await figure(tab, 'Triangles');
   const error = await figure(tab, 'Error');
-  const sockets = [];
-  tab.on('websocket', (socket) => sockets.push(socket.url()));
   await tab.click('[data-choice=via] [value=ws]');
   await tab.waitForSelector('#status:not([data-kind=complete])');
   await complete(tab);
   assert.equal(await figure(tab, 'Triangles'), triangles);
   assert.equal(await figure(tab, 'Error'), error);
+});
+
+test('a model in colours shows them; over a WebSocket what the camera sees is asked for first', async () => {
+  const painted = await new Server(makePainted()).start();
+  try {
+    await tab.goto(painted.url);
+    await tab.evaluate(() => {
+      document.querySelector('[data-choice=speed] [value="128"]').click();
+      document.querySelector('[data-choice=via] [value="ws"]').click();
+    });
+    await tab.goto(`${painted.url}#painted`);
+    await tab.waitForSelector('[data-stat="Triangles"]');
+    await tab.locator('#stage').hover();
+    for (let i = 0; i < 4; i++) await tab.mouse.wheel(0, -400); // near enough that not all is in view
+    await tab.waitForTimeout(600);
+    await tab.locator('#stage').dblclick();
+    await tab.evaluate(() => document.querySelector('[data-choice=speed] [value="full"]').click());
+    await complete(tab);
+    await settle(tab);
+    await looksLike(tab, 'painted');
+    const colored = await stagePixels(tab);
+    await tab.keyboard.press('c');
+    await changes(tab, colored, 0.1);
+    await tab.evaluate(() => (location.hash = ''));
+    await eventually(async () => {
+      const metrics = await (await fetch(`${painted.url}metrics`)).text();
+      const requests = Number(/^mvw_requests_total (\d+)/m.exec(metrics)[1]);
+      return requests >= 2 || `${requests} requests`; // the first, and one for a view at least
+    }, 'the camera should be heard by the server');
+  } finally {
+    await painted.kill();
+  }
 });
 
 test('the gallery says that the server is away, and comes back with it', async () => {

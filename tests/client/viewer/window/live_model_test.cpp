@@ -4,7 +4,9 @@
 
 #include <chrono>
 
+#include "tests/support/encoded_models.h"
 #include "tests/support/program.h"
+#include "tests/support/stream_models.h"
 
 namespace mvw::client {
 namespace {
@@ -35,12 +37,49 @@ TEST(LiveModel, AnotherLevelAndLinesComeWhenAskedFor) {
     LiveModel model(test_data_folder() + "/golden_mixed.mvw", {});
     const auto whole = next_frame(model);
     ASSERT_NE(whole, nullptr);
-    model.show({.level = 0, .edges = true, .base_edges = true});
+    model.show({.lines = {.level = 0, .edges = true, .base_edges = true}});
     const auto base = next_frame(model);
     ASSERT_NE(base, nullptr);
     EXPECT_LT(base->drawable.triangles.size(), whole->drawable.triangles.size());
     EXPECT_EQ(base->drawable.edges.size(), base->drawable.base_edges.size());
     EXPECT_TRUE(model.settled());
+}
+
+TEST(LiveModel, FewerLayersOrBytesShowLessOfIt) {
+    const test::TemporaryFolder folder;
+    folder.put("a.mvw", small_file().file);
+    LiveModel model(folder.path("a.mvw"), {});
+    const auto whole = next_frame(model);
+    ASSERT_NE(whole, nullptr);
+    EXPECT_GT(whole->layers, 1u);
+    model.show({.lines = {}, .layer = 0});
+    const auto coarse = next_frame(model);
+    ASSERT_NE(coarse, nullptr);
+    EXPECT_LT(coarse->state.chunks, whole->state.chunks);
+    EXPECT_EQ(coarse->drawable.triangles.size(), whole->drawable.triangles.size());
+    EXPECT_NE(coarse->drawable.positions, whole->drawable.positions);
+    model.show({.lines = {}, .bytes = static_cast<double>(whole->file_bytes) / 2});
+    const auto half = next_frame(model);
+    ASSERT_NE(half, nullptr);
+    EXPECT_LT(half->state.chunks, whole->state.chunks);
+    EXPECT_EQ(half->arrived, whole->arrived);
+}
+
+TEST(LiveModel, AFileComesAtThePaceAskedFor) {
+    const test::TemporaryFolder folder;
+    folder.put("a.mvw", small_file().file);
+    const auto bytes = static_cast<double>(small_file().file.size());
+    const auto pace = std::make_shared<Pace>();
+    pace->bytes_per_second = 2 * bytes;
+    StreamOptions options;
+    options.pace = pace;
+    const auto begun = Clock::now();
+    LiveModel model(folder.path("a.mvw"), options);
+    const auto first = next_frame(model);
+    ASSERT_NE(first, nullptr);
+    EXPECT_FALSE(model.ended());
+    while (!model.ended()) std::this_thread::sleep_for(5ms);
+    EXPECT_GE(std::chrono::duration<double>(Clock::now() - begun).count(), 0.4);
 }
 
 TEST(LiveModel, SaysWhyThereIsNothingToShow) {
