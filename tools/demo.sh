@@ -72,6 +72,7 @@ for kilobytes in 2 7; do
 done
 "$mvw" view "$demo/served/armadillo.mvw" --screenshot "$demo/pictures/armadillo_whole.png" "${small[@]}"
 "$mvw" view "$scan" --screenshot "$demo/pictures/armadillo_scan.png" "${small[@]}"
+"$mvw" view "$demo/served/armadillo.mvw" --animation "$demo/pictures/armadillo.webp" "${small[@]}"
 "$mvw" compare "$scan" "$demo/streamed.ply"
 
 cat <<END
@@ -80,7 +81,7 @@ Pictures of each refinement:         $demo/snapshots/*.png
 of the coarse levels' triangles:     $demo/level*.png
 and of the scan itself:              $demo/scan.png
 
-README's pictures:                   $demo/pictures/*.png
+README's pictures:                   $demo/pictures/*
 
 To look further:
   $mvw info $demo/served/armadillo.mvw

@@ -7,7 +7,7 @@ packages=(
     libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libembree-dev libhwy-dev libxxhash-dev libeigen3-dev
     libtinyobjloader-dev libtinygltf-dev libtbb-dev libclang-rt-14-dev
     nginx-light varnish haproxy  # started by tests of server/deploy
-    libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev
+    libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev libwebp-dev
     libglfw3-dev libimgui-dev xvfb xauth
     emscripten esbuild zopfli chromium fonts-dejavu-core
 )

@@ -53,6 +53,8 @@ DiscreteLifting::DiscreteLifting(const Level& level, PredictRule rule, double s)
     for (const Term& t : terms) ++first_use_[t.vertex + 1];
     for (std::uint32_t v = 0; v < level.vertex_count; ++v) first_use_[v + 1] += first_use_[v];
     uses_.resize(terms.size());
+    columns_.resize(level.vertex_count);
+    products_.resize(level.vertex_count);
     std::vector<std::uint32_t> place(first_use_.begin(), first_use_.end() - 1);
     for (std::uint32_t e = 0, t = 0; e < E; ++e)
         for (; t < end_of_edge[e]; ++t) uses_[place[terms[t].vertex]++] = {e, terms[t].position};
@@ -92,6 +94,21 @@ void DiscreteLifting::add_loop_even(Column& odd) const {
     }
 }
 
+const DiscreteLifting::Column& DiscreteLifting::kept_column(std::uint32_t v) const {
+    Column& column = columns_[v];
+    if (column.empty()) column = column_of_vertex(v, false);
+    return column;
+}
+
+double DiscreteLifting::kept_product(std::uint32_t v, std::uint32_t w) const {
+    auto& products = products_[std::min(v, w)];
+    const std::uint32_t other = std::max(v, w);
+    for (const auto& [vertex, value] : products)
+        if (vertex == other) return value;
+    products.emplace_back(other, product(kept_column(v), kept_column(w)));
+    return products.back().second;
+}
+
 void DiscreteLifting::weights(std::uint32_t edge, bool four, std::vector<LiftTerm>& out) const {
     weights(edge, lifting_template(level_, edge, four), out);
 }
@@ -101,12 +118,20 @@ void DiscreteLifting::weights(std::uint32_t edge, const std::vector<std::uint32_
     const bool curve = level_.edges[edge].sharp;
     const std::size_t n = lift_template.size();
     const Column own = column_of_edge(edge);
-    std::vector<Column> columns;
-    for (const std::uint32_t v : lift_template) columns.push_back(column_of_vertex(v, curve));
     std::vector<double> A(n * n), w(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t k = 0; k <= i; ++k) A[n * i + k] = A[n * k + i] = product(columns[i], columns[k]);
-        w[i] = -product(own, columns[i]);
+    if (curve) {
+        std::vector<Column> columns;
+        for (const std::uint32_t v : lift_template) columns.push_back(column_of_vertex(v, true));
+        for (std::size_t i = 0; i < n; ++i) {
+            for (std::size_t k = 0; k <= i; ++k) A[n * i + k] = A[n * k + i] = product(columns[i], columns[k]);
+            w[i] = -product(own, columns[i]);
+        }
+    } else {
+        for (std::size_t i = 0; i < n; ++i) {
+            for (std::size_t k = 0; k <= i; ++k)
+                A[n * i + k] = A[n * k + i] = kept_product(lift_template[i], lift_template[k]);
+            w[i] = -product(own, kept_column(lift_template[i]));
+        }
     }
     solve_positive_definite(A, w);
     for (std::size_t i = 0; i < n; ++i) out.push_back({lift_template[i], w[i]});

@@ -40,7 +40,8 @@ struct LiftTerm {
     double weight;
 };
 
-/// Solves for the weights near irregular and sharp vertices of one level.
+/// Solves for the weights near irregular and sharp vertices of one level. Keeps what edges near each other share: not
+/// for several threads at once.
 class DiscreteLifting {
  public:
     /// Prediction stencils are computed for all edges of the level here. O(E).
@@ -55,6 +56,8 @@ class DiscreteLifting {
  private:
     using Column = std::vector<std::pair<std::uint32_t, double>>;  // fine vertex (hierarchical), coefficient; sorted
     [[nodiscard]] Column column_of_vertex(std::uint32_t v, bool curve) const;
+    [[nodiscard]] const Column& kept_column(std::uint32_t v) const;
+    [[nodiscard]] double kept_product(std::uint32_t v, std::uint32_t w) const;
     [[nodiscard]] Column column_of_edge(std::uint32_t e) const;
     void add_loop_even(Column& odd) const;
 
@@ -63,6 +66,10 @@ class DiscreteLifting {
     std::vector<std::uint32_t> first_use_;                // V + 1
     std::vector<std::pair<std::uint32_t, double>> uses_;  // of each vertex: edges predicted from it, weight
     std::vector<std::uint32_t> edge_of_odd_;              // by odd - V
+    // Of vertices, not along curves: their columns, empty before they are asked for, and the products of each with
+    // those above it that have been.
+    mutable std::vector<Column> columns_;
+    mutable std::vector<std::vector<std::pair<std::uint32_t, double>>> products_;
 };
 
 /// The template of an edge (see DiscreteLifting::weights), without repeats.

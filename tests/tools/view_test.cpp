@@ -41,6 +41,22 @@ TEST(ViewCommand, DrawsTheLevelAskedForOfAnEncodedModel) {
     EXPECT_EQ(run_mvw({"view", folder / "a.ply", "--screenshot", folder / "b.png", "--level", "0"}).exit_code, 2);
 }
 
+TEST(ViewCommand, AnimatesAModelRefining) {
+    const ScratchFolder folder;
+    ASSERT_TRUE(write_mesh(folder / "a.ply", torus(48, 24)).ok());
+    ASSERT_EQ(run_mvw({"encode", folder / "a.ply", folder / "a.mvw"}).exit_code, 0);
+    const ProgramRun run =
+        run_mvw({"view", folder / "a.mvw", "--animation", folder / "a.webp", "--size", "120x90", "--pitch", "60"});
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    const std::string webp = read_text(folder / "a.webp");
+    EXPECT_EQ(webp.substr(0, 4) + webp.substr(8, 4), "RIFFWEBP");
+    std::size_t frames = 0;
+    for (std::size_t at = webp.find("ANMF"); at != std::string::npos; at = webp.find("ANMF", at + 4)) ++frames;
+    EXPECT_GE(frames, 4u);
+    EXPECT_EQ(run_mvw({"view", folder / "a.ply", "--animation", folder / "b.webp"}).exit_code, 2);
+    EXPECT_EQ(run_mvw({"view", folder / "a.mvw", "--animation", folder / "no/where.webp"}).exit_code, 1);
+}
+
 TEST(ViewCommand, SaysWhatIsWrongWithItsArguments) {
     const ScratchFolder folder;
     write_text(folder / "a.off", kTetrahedron);

@@ -55,12 +55,12 @@ Result<Run> stream(const protocol::HostPort& server, const std::string& model, c
     Run run;
     const auto begun = std::chrono::steady_clock::now();
     client::Callbacks callbacks;
-    // Counted once the mesh is made, at the level that the viewers draw.
+    // Counted once the mesh is made: the base mesh first, then at the level that the viewers draw.
     callbacks.refined = [&](const client::Refinement& r, const Decoder& decoder) {
         const double psnr = r.state.error > 0 ? -20 * std::log10(r.state.error) : 200;
         const bool is_first = run.arrivals.empty(), is_good = psnr >= kGoodPsnr && !run.seconds_to(kGoodPsnr);
         if (r.waiting > 0 && !is_first && !is_good) return;
-        if (!decoder.mesh(r.state.level + 1)) return;
+        if (!decoder.mesh(is_first ? 0 : r.state.level + 1)) return;
         if (is_first) run.first_bytes = r.state.bytes;
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begun;
         run.arrivals.push_back({seconds.count(), psnr});

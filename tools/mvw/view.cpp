@@ -5,8 +5,10 @@
 #include <memory>
 
 #include "client/client.h"
+#include "client/viewer/animation.h"
 #include "client/viewer/picture.h"
 #include "client/viewer/window/window.h"
+#include "codec/mesh/io/files.h"
 #include "tools/mvw/commands.h"
 #include "tools/mvw/load.h"
 
@@ -16,7 +18,7 @@ namespace {
 constexpr unsigned kFinest = 255;
 
 struct ViewArguments {
-    std::string file, screenshot, size = "1024x768";
+    std::string file, screenshot, animation, size = "1024x768";
     unsigned level = kFinest, layer = kFinest;
     double mbit_per_second = 0;  // 0: as fast as it goes
     bool z_up = false, controls = false;
@@ -58,6 +60,19 @@ void draw_into_file(ViewArguments& arguments) {
         throw Fatal{kFailure, written.error().message};
 }
 
+void animate(const ViewArguments& arguments) {
+    constexpr unsigned kFrames = 40;
+    if (!is_mvw(arguments.file)) throw Fatal{kUsage, arguments.file + ": --animation needs a .mvw file"};
+    const auto file = read_file(arguments.file);
+    if (!file.ok()) throw Fatal{kFailure, file.error().message};
+    const auto frames = draw_refinement(*file, kFrames, arguments.z_up, arguments.picture);
+    if (!frames.ok())
+        throw Fatal{frames.error().code == Errc::InvalidArgument ? kUsage : kFailure,
+                    arguments.file + ": " + frames.error().message};
+    if (const auto written = write_webp(arguments.animation, *frames); !written.ok())
+        throw Fatal{kFailure, written.error().message};
+}
+
 void show_window(const ViewArguments& arguments) {
     if (!is_url(arguments.file) && !is_mvw(arguments.file))
         throw Fatal{kUsage, arguments.file + ": a window shows .mvw files and URLs; draw others with --screenshot"};
@@ -86,7 +101,9 @@ void view(ViewArguments& arguments) {
     if (arguments.level != kFinest && !is_url(arguments.file) && !is_mvw(arguments.file))
         throw Fatal{kUsage, arguments.file + ": --level needs a .mvw file"};
     if (arguments.controls && arguments.screenshot.empty()) throw Fatal{kUsage, "--controls goes with --screenshot"};
-    if (arguments.screenshot.empty() || arguments.controls)
+    if (!arguments.animation.empty())
+        animate(arguments);
+    else if (arguments.screenshot.empty() || arguments.controls)
         show_window(arguments);
     else
         draw_into_file(arguments);
@@ -104,6 +121,8 @@ void add_view(CLI::App& app) {
         "Example: mvw view bunny.ply --screenshot bunny.png --wireframe");
     command->add_option("FILE", arguments->file, ".mvw file, URL, or, with --screenshot, mesh")->required();
     command->add_option("--screenshot", arguments->screenshot, "PNG file to write, without a display");
+    command->add_option("--animation", arguments->animation, "WebP file to write, without a display: it refines")
+        ->excludes("--screenshot");
     command->add_flag("--controls", arguments->controls, "The screenshot is of the window, once all has come");
     command->add_flag("--z-up", arguments->z_up, "The model's z axis points up, not its y axis");
     command->add_option("--size", arguments->size, "Width and height in pixels")->capture_default_str();

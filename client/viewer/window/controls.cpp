@@ -123,7 +123,7 @@ LiveChoice Panel::choice() const {
 PanelEvents draw_panel(Panel& p) {
     PanelEvents events;
     ImGui::SetNextWindowPos({16, 16}, ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize({280, 0}, ImGuiCond_Always);
+    ImGui::SetNextWindowSize({296, 0}, ImGuiCond_Always);
     ImGui::Begin("mvw", nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings);
     ImGui::TextColored({0.95f, 0.65f, 0.35f, 1}, "%s",
                        !p.message.empty() ? "no connection"
@@ -148,7 +148,7 @@ PanelEvents draw_panel(Panel& p) {
     events.choice |= slide("Layer", p.layer, p.layers > 0 ? p.layers - 1 : 0);
     ImGui::Separator();
     draw_link(p, events);
-    ImGui::TextDisabled("drag: turn   right: move   wheel: zoom\nW wires  B base  C colours  F flat  0 back");
+    ImGui::TextDisabled("drag: turn   right: move   wheel: zoom\nW wires   B base   C colours   F flat   0 back");
     ImGui::End();
     return events;
 }

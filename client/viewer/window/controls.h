@@ -12,7 +12,7 @@
 namespace mvw::client {
 
 /// Pixels at the window's left that the panel takes.
-inline constexpr double kPanelWidth = 304;
+inline constexpr double kPanelWidth = 318;
 
 /// What the window shows and what people chose.
 struct Panel {
