@@ -1,17 +1,13 @@
 #include "tools/bench/models.h"
 
 #include <fmt/core.h>
-#include <zstd.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "codec/mesh/io/files.h"
-#include "codec/mesh/io/mesh_io.h"
-#include "tools/bench/folds.h"
+#include "tools/bench/model_files.h"
 #include "tools/bench/process.h"
 #include "tools/bench/sheet.h"
 #include "tools/bench/streaming.h"
@@ -20,55 +16,6 @@ namespace mvw::bench {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Model {
-    fs::path file;
-    std::string name;  // without folder and ending
-};
-
-std::string ending(const fs::path& file) {
-    return file.extension() == ".zst" ? file.stem().extension().string() : file.extension().string();
-}
-
-std::string stem(const fs::path& file) {
-    return file.extension() == ".zst" ? file.stem().stem().string() : file.stem().string();
-}
-
-Result<std::vector<Model>> list_models(const ModelsOptions& options) {
-    constexpr std::array<const char*, 6> kEndings{".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
-    std::error_code error;
-    std::vector<Model> models;
-    fs::recursive_directory_iterator walk(options.folder, error), end;
-    for (; !error && walk != end; walk.increment(error)) {
-        if (walk->path().filename() == "tiny") walk.disable_recursion_pending();
-        if (!walk->is_regular_file() ||
-            std::find(kEndings.begin(), kEndings.end(), ending(walk->path())) == kEndings.end())
-            continue;
-        const Model model{walk->path(), stem(walk->path())};
-        if (options.only.empty() || std::count(options.only.begin(), options.only.end(), model.name) > 0)
-            models.push_back(model);
-    }
-    if (error) return Error{Errc::Io, 0, options.folder + ": " + error.message()};
-    std::sort(models.begin(), models.end(), [](const Model& a, const Model& b) {
-        return std::pair(fs::file_size(a.file), a.name) < std::pair(fs::file_size(b.file), b.name);
-    });
-    return models;
-}
-
-/// The model as a file that mvw reads: itself, or unpacked into `out`.
-Result<std::string> unpacked(const Model& model, const std::string& out) {
-    if (model.file.extension() != ".zst") return model.file.string();
-    const auto packed = read_file(model.file.string());
-    if (!packed) return packed.error();
-    const unsigned long long size = ZSTD_getFrameContentSize(packed->data(), packed->size());
-    if (size >= (1ull << 32)) return Error{Errc::Malformed, 0, model.file.string() + ": states no sensible size"};
-    Bytes bytes(size);
-    if (ZSTD_decompress(bytes.data(), bytes.size(), packed->data(), packed->size()) != size)
-        return Error{Errc::Malformed, 0, model.file.string() + ": cannot be unpacked"};
-    const std::string path = out + "/" + model.name + ending(model.file);
-    if (auto written = write_file(path, bytes); !written) return written.error();
-    return path;
-}
 
 /// Runs a subcommand with --json and parses what it says; its own words where it fails.
 Result<nlohmann::json> ask(std::vector<std::string> arguments) {
@@ -99,7 +46,7 @@ struct Figures {
     std::string trouble;
 };
 
-Figures measure(const Model& model, const ModelsOptions& options) {
+Figures measure(const ModelFile& model, const ModelsOptions& options) {
     Figures figures;
     const auto fail = [&](const Error& error) {
         figures.trouble = error.message;
@@ -132,7 +79,7 @@ const std::vector<std::string> kHead{
     "base bytes", "bits/vertex",    "PSNR dB",     "max",   "normals deg", "draco area share", "encode s", "decode s",
     "peak MB",    "folds",          "input folds", "genus", "loops",       "topology",         "streamed", "note"};
 
-std::vector<std::string> row_of(const Model& model, const Figures& f) {
+std::vector<std::string> row_of(const ModelFile& model, const Figures& f) {
     const auto& e = f.encode;
     std::string bits, folds, input_folds, genus, loops, topology;
     if (const double vertices = e.value("input_vertices", 0.0); vertices > 0)
@@ -177,7 +124,7 @@ Result<void> write_table(const Table& table, const std::string& out) {
 }
 
 /// Fills the column of that name for all models that have a file.
-Result<void> check_streaming(const std::vector<Model>& models, const std::string& out, Table& table) {
+Result<void> check_streaming(const std::vector<ModelFile>& models, const std::string& out, Table& table) {
     const auto column = static_cast<std::size_t>(std::find(kHead.begin(), kHead.end(), "streamed") - kHead.begin());
     std::vector<std::string> names;
     std::vector<std::size_t> rows;
@@ -199,10 +146,10 @@ Result<Table> run_models(const ModelsOptions& options) {
     std::error_code error;
     fs::create_directories(options.out, error);
     if (error) return Error{Errc::Io, 0, options.out + ": " + error.message()};
-    const auto models = list_models(options);
+    const auto models = list_models(options.folder, options.only);
     if (!models) return models.error();
     Table table{kHead, {}};
-    for (const Model& model : *models) {
+    for (const ModelFile& model : *models) {
         table.rows.push_back(row_of(model, measure(model, options)));
         std::string line;
         for (const std::string& cell : table.rows.back())

@@ -11,6 +11,7 @@
 #include "tools/bench/lod_hull.h"
 #include "tools/bench/models.h"
 #include "tools/bench/network.h"
+#include "tools/bench/remesh.h"
 #include "tools/mvw/commands.h"
 
 namespace mvw::cli {
@@ -18,6 +19,11 @@ namespace {
 
 struct ModelsArguments {
     bench::ModelsOptions options;
+    bool json = false, no_pictures = false;
+};
+
+struct RemeshArguments {
+    bench::RemeshBenchOptions options;
     bool json = false, no_pictures = false;
 };
 
@@ -67,6 +73,12 @@ void bench_models(ModelsArguments& arguments) {
     arguments.options.pictures = !arguments.no_pictures;
     arguments.options.say = say_on_errors;
     print(bench::run_models(arguments.options), "models", arguments.json);
+}
+
+void bench_remesh(RemeshArguments& arguments) {
+    arguments.options.pictures = !arguments.no_pictures;
+    arguments.options.say = say_on_errors;
+    print(bench::run_remesh(arguments.options), "steps", arguments.json);
 }
 
 void bench_lod_hull(LodHullArguments& arguments) {
@@ -185,6 +197,22 @@ void add_lod_hull(CLI::App& bench) {
     command->callback([arguments] { bench_lod_hull(*arguments); });
 }
 
+void add_remesh(CLI::App& bench) {
+    auto arguments = std::make_shared<RemeshArguments>();
+    CLI::App* command = bench.add_subcommand(
+        "remesh", "Remeshes every mesh of a folder: error, folds and cost of each step, and pictures");
+    command->footer("Example: mvw bench remesh scans --out results   (writes remesh.csv, remesh.md and NAME.png)");
+    command->add_option("DIR", arguments->options.folder, "Folder of meshes, .zst-packed ones too")->required();
+    command->add_option("--out", arguments->options.out, "Folder for the results")->required();
+    command->add_option("--only", arguments->options.only, "Names of models, without ending (default: all)");
+    command->add_option("--base-faces", arguments->options.base_faces, "Faces of the base (default: by the model)");
+    command->add_option("--levels", arguments->options.levels, "Levels above the base (default: by the model)")
+        ->check(CLI::Range(0, 12));
+    command->add_flag("--no-pictures", arguments->no_pictures, "Figures alone");
+    command->add_flag("--json", arguments->json, "One JSON object: steps, a list of one object per row");
+    command->callback([arguments] { bench_remesh(*arguments); });
+}
+
 void add_decode_speed(CLI::App& bench) {
     auto arguments = std::make_shared<DecodeSpeedArguments>();
     CLI::App* command = bench.add_subcommand(
@@ -220,6 +248,7 @@ void add_bench(CLI::App& app) {
     bench->footer("Example: mvw bench models scans --out results");
     bench->require_subcommand(1);
     add_models(*bench);
+    add_remesh(*bench);
     add_lod_hull(*bench);
     add_cuts(*bench);
     add_decode_speed(*bench);
