@@ -7,6 +7,7 @@ namespace mvw {
 namespace {
 
 constexpr double kLeastGap = 0.15;  // between neighbours on a line, of what it was at first
+constexpr double kMostCut = 2e-4;   // in coded units: vertices that hold more of a bend than this stay
 
 }  // namespace
 
@@ -16,6 +17,13 @@ LineCurve::LineCurve(std::vector<std::uint32_t> vertices, const std::vector<Vec3
         points_.push_back(positions[vertices_[t]]);
         places_.push_back(static_cast<double>(t));
     }
+    for (std::size_t t = 0; t < points_.size(); ++t)
+        stays_.push_back(t == 0 || t + 1 == points_.size() || is_bend(t) ? 1 : 0);
+}
+
+bool LineCurve::is_bend(std::size_t t) const {
+    const Vec3 chord = points_[t + 1] - points_[t - 1];
+    return squared_length(cross(points_[t] - points_[t - 1], chord)) > kMostCut * kMostCut * squared_length(chord);
 }
 
 double LineCurve::nearest(const Vec3& p) const {
@@ -38,6 +46,7 @@ Vec3 LineCurve::at(double place) const {
 void LineCurve::slide(const ReferenceSurface& reference, const std::vector<Vec3>& wanted, Drift& drift,
                       std::vector<Vec3>& positions) {
     for (std::size_t t = 1; t + 1 < vertices_.size(); ++t) {
+        if (stays_[t] != 0) continue;
         const std::uint32_t v = vertices_[t];
         const double least = places_[t - 1] + kLeastGap, most = places_[t + 1] - kLeastGap;
         if (least > most) continue;

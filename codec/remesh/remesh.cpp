@@ -14,6 +14,7 @@
 #include "codec/mesh/half_edges.h"
 #include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
+#include "codec/remesh/line_spacing.h"
 #include "codec/remesh/prepare.h"
 #include "codec/remesh/recognize.h"
 #include "codec/remesh/relax.h"
@@ -235,6 +236,7 @@ class Sampler {
     Distance sample(const Mesh& input, const std::vector<std::uint32_t>& face_ids, SemiRegularMesh& part) const {
         report(options_, "sample", 0);
         std::vector<FacePoint> points = grid_points(part.base, part.levels, face_ids);
+        space_lines(mesh_, parameterization_, part, face_ids, threads_, points);
         parameterization_.to_input(points, threads_);
 
         report(options_, "relax", 0);
