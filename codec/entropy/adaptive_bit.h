@@ -80,9 +80,11 @@ class AdaptiveBit {
     [[nodiscard]] int logit() const { return logistic::kLogits[state_ >> 20]; }
     [[nodiscard]] std::uint32_t count() const { return state_ & 1023u; }
     void learn(bool bit) {
-        const std::uint32_t seen = count();
-        const std::int64_t gap = (bit ? (1 << 22) - 1 : 0) - static_cast<std::int64_t>(state_ >> 10);
-        state_ += static_cast<std::uint32_t>(gap * kGain[seen] / 65536) << 10;
+        // The way to 2^22 - 1 or to 0, as its length and a sign: no branch hangs on the bit.
+        const std::uint32_t seen = count(), towards_one = 0u - std::uint32_t{bit};
+        const std::uint64_t way = (state_ ^ towards_one) >> 10;
+        const auto part = static_cast<std::uint32_t>(way * static_cast<std::uint32_t>(kGain[seen]) >> 16) << 10;
+        state_ += (part ^ ~towards_one) - ~towards_one;
         state_ += seen < kLimit;
     }
 
@@ -102,8 +104,7 @@ struct MixWeights {
     std::array<std::int32_t, 2> weight{};
 
     [[nodiscard]] int mix(int a, int b) const {
-        const std::int64_t sum = std::int64_t{weight[0]} * a + std::int64_t{weight[1]} * b;
-        return static_cast<int>(std::clamp<std::int64_t>(sum / 65536, -kMaxLogit, kMaxLogit));
+        return std::clamp((weight[0] * a + weight[1] * b) / 65536, -kMaxLogit, kMaxLogit);  // below 2^31: kLimit
     }
     /// error: 65536 * bit - probability.
     void learn(int a, int b, std::int32_t error) {

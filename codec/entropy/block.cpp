@@ -171,6 +171,7 @@ BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t
     if (level == 0) {
         indices_ = owned.vertices;
         neighbors_ = base_neighbors(base, tiling, tile);
+        name_what_is_missing(0);
         return;
     }
     const auto n = std::int64_t{1} << level;
@@ -208,6 +209,16 @@ BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t
                 parents_.push_back(shifted(parents_[pattern + rank], slot * coarse.run()));
             }
     }
+    name_what_is_missing(block_size(owned, level - 1));
+}
+
+/// A place of its own for neighbours and parents that there are not, behind the others: readers then need not ask.
+void BlockShape::name_what_is_missing(std::uint64_t coarse_size) {
+    const auto none = static_cast<std::uint32_t>(size()), no_parent = static_cast<std::uint32_t>(coarse_size);
+    for (Neighbors& list : neighbors_)
+        for (std::uint32_t& place : list) place = std::min(place, none);
+    for (Parents& list : parents_)
+        for (std::uint32_t& place : list) place = std::min(place, no_parent);
 }
 
 }  // namespace mvw

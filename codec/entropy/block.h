@@ -36,10 +36,11 @@ std::uint64_t block_size(const Tiling::Tile& tile, unsigned level);
 /// Order: level 0, the tile's base vertices; level j >= 1, for each of the tile's base edges its 2^(j-1) new points
 /// along the edge's direction, then for each of its faces the new interior points as semi_regular.h ranks them.
 ///
-/// Neighbours of a coefficient, all of the same block (kNone: outside the tile or the surface, or across a base edge
-/// from a face's inside): level 0, up to ten base vertices joined by an edge. Level j >= 1: four on the other sides of
-/// the two triangles at the point's edge, two that follow on the line of the edge, four more of the same direction.
-/// Parents: ends of the point's edge that were new at level j-1, as places in that level's block of the tile.
+/// Neighbours of a coefficient, all of the same block (size() where there is none: outside the tile or the surface, or
+/// across a base edge from a face's inside): level 0, up to ten base vertices joined by an edge. Level j >= 1: four on
+/// the other sides of the two triangles at the point's edge, two that follow on the line of the edge, four more of the
+/// same direction. Parents: ends of the point's edge that were new at level j-1, as places in that level's block of the
+/// tile; that block's size where there is none.
 class BlockShape {
  public:
     static constexpr unsigned kNeighbors = 10;
@@ -58,6 +59,8 @@ class BlockShape {
     [[nodiscard]] std::span<const Parents> parents() const { return parents_; }
 
  private:
+    void name_what_is_missing(std::uint64_t coarse_size);
+
     std::vector<std::uint32_t> indices_;
     std::vector<Neighbors> neighbors_;
     std::vector<Parents> parents_;

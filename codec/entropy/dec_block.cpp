@@ -27,9 +27,10 @@ class PlaneReader {
     RangeDecoder<kCut> decoder_;
 };
 
+/// All in one function: then the range coder's state stays in registers.
 template <bool kCut>
-std::size_t decode(const BlockShape& shape, std::span<const std::uint32_t> parent, unsigned plane, ByteSpan bytes,
-                   BlockProgress& progress) {
+[[gnu::flatten]] std::size_t decode(const BlockShape& shape, std::span<const EntryRow> parent, unsigned plane,
+                                    ByteSpan bytes, BlockProgress& progress) {
     PlaneReader<kCut> reader(bytes);
     return PlaneCoder(shape, parent, plane, progress, reader).run();
 }
@@ -38,13 +39,14 @@ std::size_t decode(const BlockShape& shape, std::span<const std::uint32_t> paren
 
 Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDecoder* parent, unsigned plane,
                                         ByteSpan bytes, bool whole) {
-    const bool follows = started() ? plane + 1 == plane_ && complete_ == progress_->entries.size() : plane < kMaxPlanes;
+    const bool follows =
+        started() ? plane + 1 == plane_ && complete_ == shape.size() * components_ : plane < kMaxPlanes;
     if (!follows)
         return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(plane) + " does not follow those before it"};
     start(shape, plane);
     plane_ = plane;
-    std::span<const std::uint32_t> above;
-    if (parent != nullptr && parent->started()) above = parent->progress_->entries;
+    std::span<const EntryRow> above;
+    if (parent != nullptr && parent->started()) above = parent->progress_->rows;
     complete_ = whole ? decode<false>(shape, above, plane, bytes, *progress_)
                       : decode<true>(shape, above, plane, bytes, *progress_);
     return {};
@@ -59,33 +61,36 @@ void BlockDecoder::start(const BlockShape& shape, unsigned top) {
 Result<void> BlockDecoder::unpack(const BlockShape& shape, unsigned top, unsigned low, ByteSpan packed) {
     if (top >= kMaxPlanes || low > top || (started() && top + 1 != plane_))
         return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(top) + " does not follow those before it"};
-    Entries entries = started() ? progress_->entries : Entries(shape.size() * components_);
-    if (!unpack_planes(packed, components_, top, low, entries))
+    Bytes raw;
+    if (!unzip_planes(packed, shape.size() * components_, top, low, raw))
         return Error{Errc::Malformed, 0, "packed planes are damaged"};
     start(shape, top);
-    progress_->entries = std::move(entries);
+    unpack_planes(raw, components_, top, low, std::span(progress_->rows).first(shape.size()));
     plane_ = low;
-    complete_ = progress_->entries.size();
+    complete_ = shape.size() * components_;
     return {};
 }
 
 void BlockDecoder::values(float reconstruction, std::span<float> out) const {
     if (!started()) return std::fill(out.begin(), out.end(), 0.0f);
-    assert(out.size() == progress_->entries.size());
+    assert(out.size() == (progress_->rows.size() - 1) * components_);
     const float here = std::ldexp(reconstruction, static_cast<int>(plane_)), behind = 2 * here;
-    for (std::size_t at = 0; at < out.size(); ++at) {
-        const std::uint32_t entry = progress_->entries[at];
-        const float magnitude = static_cast<float>(magnitude_of(entry)) + (at < complete_ ? here : behind);
-        out[at] = entry == 0 ? 0.0f : (entry & 1u) != 0 ? -magnitude : magnitude;
-    }
+    std::size_t at = 0;
+    for (const EntryRow* row = progress_->rows.data(); at < out.size(); ++row)
+        for (unsigned c = 0; c < components_; ++c, ++at) {
+            const std::uint32_t entry = row->of[c];
+            const float magnitude = static_cast<float>(magnitude_of(entry)) + (at < complete_ ? here : behind);
+            out[at] = entry == 0 ? 0.0f : (entry & 1u) != 0 ? -magnitude : magnitude;
+        }
 }
 
 void BlockDecoder::integers(std::span<std::int32_t> out) const {
     if (!started()) return std::fill(out.begin(), out.end(), 0);
-    assert(out.size() == progress_->entries.size());
+    assert(out.size() == (progress_->rows.size() - 1) * components_);
     for (std::size_t at = 0; at < out.size(); ++at) {
-        const auto magnitude = static_cast<std::int32_t>(magnitude_of(progress_->entries[at]));
-        out[at] = (progress_->entries[at] & 1u) != 0 ? -magnitude : magnitude;
+        const std::uint32_t entry = progress_->rows[at / components_].of[at % components_];
+        const auto magnitude = static_cast<std::int32_t>(magnitude_of(entry));
+        out[at] = (entry & 1u) != 0 ? -magnitude : magnitude;
     }
 }
 

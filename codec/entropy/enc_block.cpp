@@ -60,11 +60,12 @@ EncodedBlock encode_block(const BlockShape& shape, unsigned components, std::spa
     std::transform(scaled.begin(), scaled.end(), truth.begin(), quantized_entry);
     std::uint32_t largest = 0;
     for (const std::uint32_t entry : truth) largest = std::max(largest, magnitude_of(entry));
+    const EntryRows parent_rows = rows_of(parent, components);
     BlockProgress progress(shape.size(), components);
     progress.top = static_cast<unsigned>(std::bit_width(largest)) - 1;
     for (unsigned plane = progress.top + 1; plane-- > 0;) {
         PlaneWriter writer(truth);
-        PlaneCoder(shape, parent, plane, progress, writer).run();
+        PlaneCoder(shape, std::span<const EntryRow>(parent_rows), plane, progress, writer).run();
         EncodedPlane& out = block.planes.emplace_back();
         out.plane = plane;
         out.bytes = writer.finish();

@@ -26,7 +26,9 @@ constexpr std::size_t packed_width(unsigned top, unsigned low) {
 /// up; as a zstd frame with its content size. Encoder only.
 Bytes pack_planes(const Entries& entries, unsigned components, unsigned top, unsigned low);
 
-/// Sets those planes in `entries`. False where the frame is not one of exactly that size: then nothing has changed.
-bool unpack_planes(ByteSpan packed, unsigned components, unsigned top, unsigned low, Entries& entries);
+/// The bytes behind the frame. False where it is not one of exactly the size that so many entries take.
+bool unzip_planes(ByteSpan packed, std::size_t entries, unsigned top, unsigned low, Bytes& raw);
+/// Sets those planes in `rows`, one for each coefficient.
+void unpack_planes(ByteSpan raw, unsigned components, unsigned top, unsigned low, std::span<EntryRow> rows);
 
 }  // namespace mvw

@@ -167,7 +167,9 @@ double lattice_residual(const LatticeMasks& masks, unsigned levels, const TenWei
     return worst;
 }
 
-TenWeights ordinary_lifting(const TransformOptions& options) {
+namespace {
+
+TenWeights solved_lifting(const TransformOptions& options) {
     switch (options.kind) {
         case TransformKind::InterpLazy:
         case TransformKind::LoopLazy:
@@ -186,7 +188,18 @@ TenWeights ordinary_lifting(const TransformOptions& options) {
         case TransformKind::SeededNormal:
             break;
     }
-    return options.table1_weights ? kTable1 : lattice_weights(interpolatory_masks(), 7);
+    return lattice_weights(interpolatory_masks(), 7);
+}
+
+}  // namespace
+
+TenWeights ordinary_lifting(const TransformOptions& options) {
+    const bool interpolatory = options.kind == TransformKind::Interp || options.kind == TransformKind::Seeded ||
+                               options.kind == TransformKind::SeededNormal;
+    if (!interpolatory) return solved_lifting(options);
+    if (options.table1_weights) return kTable1;
+    static const TenWeights solved = solved_lifting({});  // some milliseconds, and every decoder asks
+    return solved;
 }
 
 }  // namespace mvw

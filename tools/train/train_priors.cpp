@@ -57,13 +57,14 @@ double code(const Sample& sample, const BlockModel& start, const Visit& visit) {
     double bits = 0;
     std::uint32_t largest = 0;
     for (const std::uint32_t entry : sample.entries) largest = std::max(largest, magnitude_of(entry));
+    const EntryRows parent = rows_of(sample.parent, 3);
     BlockProgress progress(sample.shape.size(), 3);
     progress.model = start;
     const auto planes = static_cast<unsigned>(std::bit_width(largest));
     progress.top = planes == 0 ? 0 : planes - 1;
     for (unsigned plane = planes; plane-- > 0;) {
         CostCounter counter(sample.entries);
-        PlaneCoder(sample.shape, sample.parent, plane, progress, counter).run();
+        PlaneCoder(sample.shape, std::span<const EntryRow>(parent), plane, progress, counter).run();
         bits += counter.bits();
         visit(progress.model);
     }
