@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <string>
 
 #include "codec/color.h"
@@ -15,6 +16,9 @@ namespace {
 constexpr std::uint64_t kBytesPerVertex = 192;
 /// What a block costs besides: its adaptive state.
 constexpr std::uint64_t kBytesPerBlock = 8192;
+
+/// Vertices from which on a synthesis gains by threads.
+constexpr std::size_t kWorthThreads = 200'000;
 
 Error malformed(const char* what) {
     return {Errc::Malformed, 0, what};
@@ -32,8 +36,10 @@ unsigned finest_within(const PartInfo& info, std::uint64_t most) {
 
 }  // namespace
 
-PartDecoder::PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint8_t layers, const Limits& limits)
-    : info_(info),
+PartDecoder::PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint8_t layers, const Limits& limits,
+                         Workers& workers)
+    : workers_(workers),
+      info_(info),
       transform_kind_(transform),
       layers_(layers),
       most_vertices_(most_vertices(limits)),
@@ -69,6 +75,7 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     for (std::uint32_t v = 0; v < base_->grid.size(); ++v) coefficients_.push_back(units_.origin(v));
     if (base_->params.lossless) integers_ = base_->grid;
     changed_tiles_.assign(info_.tiles, 0);
+    queues_.resize(info_.tiles);
     for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
         for (unsigned level = 0; level <= finest_; ++level)
             for (const Channel channel : {Channel::Geometry, Channel::Color})
@@ -85,6 +92,7 @@ Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const G
     const unsigned here = reached(id, id.level);
     const bool started = here < kMaxPlanes;
     if (started && here <= low) return Readiness::Known;
+    if (started && block(id, id.level)->cut) return malformed("a chunk follows a beginning of one");
     if (front.starts && started) return malformed("a block starts twice");
     if (!front.starts && here > front.top_plane + 1) return Readiness::Waits;
     if (!front.starts && here != front.top_plane + 1) return malformed("a chunk's planes overlap");
@@ -106,43 +114,106 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
         return Taken::Waits;
     }
     if (*ready != Readiness::Ready) return Taken::Dropped;
-    if (const Result<void> r = decode_planes(id, front, in, whole); !r.ok()) return r.error();
+    if (const Result<void> r = queue_planes(id, front, in, whole); !r.ok()) return r.error();
     if (whole) error_code_ = std::max(error_code_, front.error_code);
     if (id.level > 0 && id.channel == Channel::Geometry) detail_level_ = std::max<unsigned>(detail_level_, id.level);
     return Taken::Used;
 }
 
-Result<void> PartDecoder::decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
-    std::unique_ptr<Block>& place = block(id, id.level);
-    if (!place) {
-        place = std::make_unique<Block>(id.channel == Channel::Color ? base_->params.color_components : 3u);
-        --blocks_left_;
+namespace {
+
+/// Reads past the planes from `top` down to `low`. How far down their bytes go, top + 1 where nowhere; Malformed where
+/// a whole chunk does not hold them all.
+Result<unsigned> lowest_plane_there(ByteReader in, unsigned top, unsigned low, bool whole) {
+    unsigned reached = top + 1;
+    for (unsigned plane = top + 1; plane-- > low;) {
+        const std::uint64_t length = plane == low ? in.remaining() : in.varint();
+        if (whole && (!in.ok() || length > in.remaining())) return malformed("a chunk's planes are cut");
+        if (!in.ok()) break;
+        reached = plane;
+        (void)in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(length, in.remaining())));
     }
-    Block& here = *place;
+    return reached;
+}
+
+}  // namespace
+
+/// Takes note of what a ready chunk holds. The fast profile's planes, which can be damaged, are unpacked at once.
+Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
+    const unsigned low = lowest_plane_of(id);
+    const bool fast = base_->params.fast;
+    const Result<unsigned> lowest = fast ? low : lowest_plane_there(in, front.top_plane, low, whole);
+    if (!lowest.ok()) return lowest.error();
+    if (*lowest > front.top_plane || (fast && !whole)) return {};
+    std::unique_ptr<Block>& place = block(id, id.level);
+    const bool is_new = !place;
+    if (is_new) place = std::make_unique<Block>(id.channel == Channel::Color ? base_->params.color_components : 3u);
+    if (fast) {
+        const auto size = static_cast<std::size_t>(block_size(tiling(id.level).tiles[id.tile], id.level));
+        const Result<void> unpacked = place->decoder.unpack(size, front.top_plane, low, in.bytes(in.remaining()));
+        if (!unpacked.ok() && is_new) place.reset();
+        if (!unpacked.ok()) return unpacked;
+    }
+    if (is_new) --blocks_left_;
+    place->plane = *lowest;
+    place->cut = !whole;
+    const ByteSpan bytes = in.bytes(in.remaining());
+    queues_[id.tile].push_back({id, front.top_plane, low, Bytes(bytes.begin(), bytes.end()), whole});
+    if (id.channel == Channel::Color) {
+        ensure_colors(id.level);
+    } else {
+        ensure_coefficients(id.level);
+        mark_changed(id);
+    }
+    return {};
+}
+
+/// Decodes what has been queued. Tiles do not look at one another.
+void PartDecoder::settle() {
+    std::vector<std::uint32_t> tiles;
+    for (std::uint32_t tile = 0; tile < queues_.size(); ++tile)
+        if (!queues_[tile].empty()) tiles.push_back(tile);
+    if (tiles.empty()) return;
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&](unsigned) {
+        for (std::size_t at = next++; at < tiles.size(); at = next++) settle_tile(tiles[at]);
+    };
+    if (tiles.size() == 1)
+        work(0);
+    else
+        workers_.run(work);
+}
+
+void PartDecoder::settle_tile(std::uint32_t tile) {
+    for (const Planes& planes : queues_[tile]) decode_planes(planes);
+    for (const Planes& planes : queues_[tile]) {
+        Block& here = *block(planes.id, planes.id.level);
+        if (!here.changed) continue;
+        here.changed = false;
+        store_values(planes.id, here);
+        if (here.plane == 0) here.shape.reset();
+    }
+    queues_[tile].clear();
+}
+
+void PartDecoder::decode_planes(const Planes& planes) {
+    const ChunkId& id = planes.id;
+    Block& here = *block(id, id.level);
+    here.changed = true;
+    if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
+    if (base_->params.fast) return;
     const BlockDecoder* parent = nullptr;
     if (has_parents(id.level) && block(id, id.level - 1u)) parent = &block(id, id.level - 1u)->decoder;
-    if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
-    const unsigned low = lowest_plane_of(id);
-    Result<void> result;
-    const bool fast = base_->params.fast;
-    if (fast && whole) result = here.decoder.unpack(*here.shape, front.top_plane, low, in.bytes(in.remaining()));
-    for (unsigned plane = front.top_plane + 1; !fast && plane-- > low && result.ok();) {
-        const bool last = plane == low;
+    ByteReader in(planes.bytes);
+    for (unsigned plane = planes.top + 1; plane-- > planes.low;) {
+        const bool last = plane == planes.low;
         const std::uint64_t length = last ? in.remaining() : in.varint();
-        if (!in.ok()) {  // a beginning ends before this plane, or the payload is wrong
-            if (whole) result = malformed("a chunk's planes are cut");
-            break;
-        }
-        const bool all_there = length <= in.remaining() && (whole || !last);
-        if (!all_there && whole) result = malformed("a chunk's planes are cut");
-        if (!result.ok()) break;
+        if (!in.ok()) break;  // a beginning ends before this plane
+        const bool all_there = length <= in.remaining() && (planes.whole || !last);
         const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(length, in.remaining()));
-        result = here.decoder.decode_plane(*here.shape, parent, plane, in.bytes(bytes), all_there);
-        if (!all_there) break;
+        const bool follows = here.decoder.decode_plane(*here.shape, parent, plane, in.bytes(bytes), all_there).ok();
+        if (!all_there || !follows) break;
     }
-    store_values(id, here);
-    if (here.decoder.started() && here.decoder.lowest_plane() == 0) here.shape.reset();
-    return result;
 }
 
 void PartDecoder::retry_waiting(Channel channel, std::uint16_t tile, unsigned level) {
@@ -168,60 +239,62 @@ void PartDecoder::ensure_coefficients(unsigned level) {
     if (base_->params.lossless && integers_.size() < V) integers_.resize(V);
 }
 
+void PartDecoder::ensure_colors(unsigned level) {
+    const std::uint64_t V = vertices_at_level(base_->mesh, level), V0 = base_->mesh.vertex_count();
+    const bool alpha = base_->params.color_components == 4;
+    if (colors_.empty()) colors_.assign(V0, Vec3f{0.5f, 0, 0});
+    if (colors_.size() < V) colors_.resize(V);
+    if (alpha && alphas_.empty()) alphas_.assign(V0, Vec3f{1, 0, 0});
+    if (alpha && alphas_.size() < V) alphas_.resize(V);
+}
+
+/// Of one block: tiles do this side by side.
 void PartDecoder::store_values(const ChunkId& id, const Block& from) {
     if (!from.decoder.started()) return;
     const unsigned level = id.level;
     const BlockShape& shape = *from.shape;
-    scratch_.resize(shape.size() * (id.channel == Channel::Color ? base_->params.color_components : 3u));
-    from.decoder.values(base_->params.reconstruction_point(), scratch_);
-    if (id.channel == Channel::Color) return store_colors(shape, level);
-    ensure_coefficients(level);
-    mark_changed(id);
-    if (base_->params.lossless) return store_integers(shape, from.decoder);
+    std::vector<float> values(shape.size() * (id.channel == Channel::Color ? base_->params.color_components : 3u));
+    from.decoder.values(base_->params.reconstruction_point(), values);
+    if (id.channel == Channel::Color) return store_colors(shape, level, values);
+    if (base_->params.lossless) return store_integers(shape, from.decoder, values);
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const std::uint32_t v = shape.indices()[i];
         const Vec3f step = units_.steps(level, v);
-        const Vec3f value{scratch_[3 * i] * step.x, scratch_[3 * i + 1] * step.y, scratch_[3 * i + 2] * step.z};
+        const Vec3f value{values[3 * i] * step.x, values[3 * i + 1] * step.y, values[3 * i + 2] * step.z};
         coefficients_[v] = level == 0 ? units_.origin(v) + units_.frame(v).to_model(value) : value;
     }
 }
 
 /// Exact once plane 0 has come; before, the middle of what is open.
-void PartDecoder::store_integers(const BlockShape& shape, const BlockDecoder& from) {
-    std::vector<std::int32_t> exact(from.lowest_plane() == 0 ? scratch_.size() : 0);
+void PartDecoder::store_integers(const BlockShape& shape, const BlockDecoder& from, std::span<const float> values) {
+    std::vector<std::int32_t> exact(from.lowest_plane() == 0 ? values.size() : 0);
     if (!exact.empty()) from.integers(exact);
     const auto grid = static_cast<float>(base_->params.grid());
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const std::uint32_t v = shape.indices()[i];
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t at = 3 * i + k;
-            const std::int32_t value = exact.empty() ? static_cast<std::int32_t>(scratch_[at]) : exact[at];
+            const std::int32_t value = exact.empty() ? static_cast<std::int32_t>(values[at]) : exact[at];
             integers_[v][k] = value;
             coefficients_[v][k] = static_cast<float>(value) * grid;
         }
     }
 }
 
-void PartDecoder::store_colors(const BlockShape& shape, unsigned level) {
+void PartDecoder::store_colors(const BlockShape& shape, unsigned level, std::span<const float> values) {
     const unsigned components = base_->params.color_components;
     const float step = step_from_code(base_->params.color_steps[level]);
-    const std::uint64_t V = vertices_at_level(base_->mesh, level), V0 = base_->mesh.vertex_count();
-    if (colors_.empty()) colors_.assign(V0, Vec3f{0.5f, 0, 0});
-    if (colors_.size() < V) colors_.resize(V);
-    if (components == 4 && alphas_.empty()) alphas_.assign(V0, Vec3f{1, 0, 0});
-    if (components == 4 && alphas_.size() < V) alphas_.resize(V);
     for (std::size_t i = 0; i < shape.size(); ++i) {
         const std::uint32_t v = shape.indices()[i];
-        const float* x = &scratch_[components * i];
+        const float* x = &values[components * i];
         colors_[v] = Vec3f{x[0] * step + (level == 0 ? 0.5f : 0.0f), x[1] * step, x[2] * step};
         if (components == 4) alphas_[v].x = x[3] * step + (level == 0 ? 1.0f : 0.0f);
     }
 }
 
 void PartDecoder::append_colors(unsigned level, Mesh& out) {
+    ensure_colors(level);
     const std::uint64_t V = vertices_at_level(base_->mesh, level);
-    if (colors_.size() < V) colors_.resize(V);
-    if (!alphas_.empty() && alphas_.size() < V) alphas_.resize(V);
     if (!color_transform_ || color_levels_ < level) {
         color_transform_ = std::make_unique<PatchTransform>(base_->mesh, level, kColorTransform, base_->creases);
         color_levels_ = level;
@@ -232,26 +305,25 @@ void PartDecoder::append_colors(unsigned level, Mesh& out) {
     for (std::size_t v = 0; v < V; ++v) out.colors.push_back(to_rgba(colors[v], alphas.empty() ? 1.0f : alphas[v].x));
 }
 
-/// In coded units.
-std::vector<Vec3> PartDecoder::positions(unsigned level) {
-    std::vector<Vec3> out;
+/// center + diagonal * p.
+void PartDecoder::append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out) {
     const auto V = static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
-    out.reserve(V);
+    const std::size_t first = out.size();
+    out.resize(first + V);
+    const auto place = [&](std::size_t v, const Vec3& p) { out[first + v] = center + p * diagonal; };
     if (base_->params.lossless) {
         std::vector<IntegerPoint> points(integers_.begin(), integers_.begin() + static_cast<std::ptrdiff_t>(V));
         synthesize_integers(base_->mesh, level, base_->creases, points);
         const double grid = base_->params.grid();
-        for (const IntegerPoint& p : points)
-            out.push_back(Vec3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])} * grid);
-        return out;
+        for (std::size_t v = 0; v < V; ++v) {
+            const IntegerPoint& p = points[v];
+            place(v, Vec3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])} * grid);
+        }
+        return;
     }
-    if (level == 0) {
-        for (std::size_t v = 0; v < V; ++v) out.push_back(to_double(coefficients_[v]));
-        return out;
-    }
-    synthesize(level);
-    for (const Vec3f& p : surface_) out.push_back(to_double(p));
-    return out;
+    if (level > 0) synthesize(level);
+    const std::vector<Vec3f>& surface = level > 0 ? surface_ : coefficients_;
+    for (std::size_t v = 0; v < V; ++v) place(v, to_double(surface[v]));
 }
 
 void PartDecoder::mark_changed(const ChunkId& id) {
@@ -279,8 +351,8 @@ void PartDecoder::synthesize(unsigned level) {
         updates_ = again;
         transform_levels_ = level;
         transform_.reset();
-        transform_ =
-            std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases, 1, updates_);
+        transform_ = std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases,
+                                                      V < kWorthThreads ? 1 : workers_.count(), updates_);
         changed_level_ = 0;
     }
     const std::span<const Vec3f> coefficients = std::span(coefficients_).first(V);
@@ -295,11 +367,16 @@ void PartDecoder::synthesize(unsigned level) {
 
 void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {
     level = std::min(level, finest_);
+    settle();
     ensure_coefficients(level);
     const auto first = static_cast<std::uint32_t>(out.positions.size());
-    for (const Vec3& p : positions(level)) out.positions.push_back(center + p * diagonal);
-    const std::vector<Face> faces = triangles_at_level(base_->mesh, level);
-    for (const Face& f : faces) out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+    append_positions(level, center, diagonal, out.positions);
+    std::vector<Face> faces = triangles_at_level(base_->mesh, level);
+    const std::size_t face_count = faces.size();
+    if (out.faces.empty())
+        out.faces = std::move(faces);
+    else
+        for (const Face& f : faces) out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
     if (!colors_.empty()) {
         out.colors.resize(first);  // white where parts before have none
         append_colors(level, out);
@@ -307,8 +384,8 @@ void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagona
         out.colors.resize(out.positions.size());
     }
     if (!base_->materials.empty() || !out.materials.empty()) {
-        out.materials.resize(out.faces.size() - faces.size(), 0);
-        for (std::size_t f = 0; f < faces.size(); ++f)
+        out.materials.resize(out.faces.size() - face_count, 0);
+        for (std::size_t f = 0; f < face_count; ++f)
             out.materials.push_back(base_->materials.empty() ? 0 : base_->materials[f >> (2 * level)]);
     }
 }

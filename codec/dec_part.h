@@ -8,22 +8,29 @@
 #include "codec/entropy/dec_block.h"
 #include "codec/part_units.h"
 #include "codec/transform/integer.h"
+#include "codec/workers.h"
 
 namespace mvw {
 
 class PartDecoder {
  public:
-    PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint8_t layers, const Limits& limits);
+    /// workers: decode tiles side by side; must outlive this.
+    PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint8_t layers, const Limits& limits,
+                Workers& workers);
 
     /// Takes in one chunk's payload, or, where it is not whole, the beginning of one. What has to wait for other chunks
-    /// is kept (a beginning is dropped). Malformed where the payload contradicts FORMAT.md 4; then nothing has changed
-    /// but the planes before the fault. Chunks already there, above the limits or of unknown channels are ignored.
+    /// is kept (a beginning is dropped), what is ready is decoded when its coefficients are asked for, all tiles then
+    /// at once. Malformed where the payload contradicts FORMAT.md 4; then nothing has changed. Chunks already there,
+    /// above the limits or of unknown channels are ignored.
     Result<void> take(const ChunkId& id, ByteSpan payload, bool whole);
 
     [[nodiscard]] bool has_base() const { return base_.has_value(); }
     [[nodiscard]] const BaseMesh* base() const { return base_ ? &base_->mesh : nullptr; }
     /// In hierarchical order, as far as blocks have come.
-    [[nodiscard]] std::span<const Vec3f> coefficients() const { return coefficients_; }
+    [[nodiscard]] std::span<const Vec3f> coefficients() {
+        settle();
+        return coefficients_;
+    }
     /// Finest level of which a detail has come.
     [[nodiscard]] unsigned detail_level() const { return detail_level_; }
     /// Lowest error that a chunk taken in has stated.
@@ -42,6 +49,16 @@ class PartDecoder {
         explicit Block(unsigned components) : decoder(components) {}
         BlockDecoder decoder;
         std::unique_ptr<BlockShape> shape;  // while planes can still come
+        unsigned plane = kMaxPlanes;        // lowest one taken in
+        bool cut = false;                   // a beginning of it only: no other can follow
+        bool changed = false;               // since its values were last stored
+    };
+    /// Planes taken in and not decoded yet.
+    struct Planes {
+        ChunkId id;
+        unsigned top, low;
+        Bytes bytes;  // of a chunk, behind its front
+        bool whole;
     };
     enum class Readiness { Ready, Waits, Known };
 
@@ -49,13 +66,17 @@ class PartDecoder {
     enum class Taken { Used, Waits, Dropped };
     Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
-    Result<void> decode_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
+    Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
+    void settle();
+    void settle_tile(std::uint32_t tile);
+    void decode_planes(const Planes& planes);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
     void store_values(const ChunkId& id, const Block& block);
-    void store_integers(const BlockShape& shape, const BlockDecoder& from);
-    void store_colors(const BlockShape& shape, unsigned level);
+    void store_integers(const BlockShape& shape, const BlockDecoder& from, std::span<const float> values);
+    void store_colors(const BlockShape& shape, unsigned level, std::span<const float> values);
     void ensure_coefficients(unsigned level);
-    [[nodiscard]] std::vector<Vec3> positions(unsigned level);
+    void ensure_colors(unsigned level);
+    void append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out);
     void synthesize(unsigned level);
     void mark_changed(const ChunkId& id);
     [[nodiscard]] std::vector<std::uint32_t> changed_faces() const;
@@ -75,9 +96,10 @@ class PartDecoder {
     /// Lowest plane that a block has, kMaxPlanes where none.
     [[nodiscard]] unsigned reached(const ChunkId& id, unsigned level) {
         const std::unique_ptr<Block>& b = block(id, level);
-        return b ? b->decoder.lowest_plane() : kMaxPlanes;
+        return b ? b->plane : kMaxPlanes;
     }
 
+    Workers& workers_;
     PartInfo info_;
     std::uint8_t transform_kind_, layers_;
     std::uint64_t most_vertices_;  // that the limits allow
@@ -90,9 +112,9 @@ class PartDecoder {
     std::uint64_t blocks_left_ = 0;                              // that memory allows
     std::vector<Vec3f> coefficients_;                            // V(level) of the finest level in use; grows
     std::vector<IntegerPoint> integers_;                         // likewise, of a lossless part, in units of the grid
-    std::vector<Vec3f> colors_, alphas_;  // likewise, of Y, Co, Cg and of alpha (in x); empty before any came
-    std::vector<float> scratch_;
-    std::map<ChunkId, Bytes> waiting_;  // by channel (in the place of the part), tile, level, layer
+    std::vector<Vec3f> colors_, alphas_;       // likewise, of Y, Co, Cg and of alpha (in x); empty before any came
+    std::vector<std::vector<Planes>> queues_;  // by tile
+    std::map<ChunkId, Bytes> waiting_;         // by channel (in the place of the part), tile, level, layer
     std::unique_ptr<PatchTransform> transform_, color_transform_;
     unsigned transform_levels_ = 0, color_levels_ = 0;
     bool updates_ = false;        // transform_ can update: from the second mesh asked for

@@ -12,9 +12,10 @@
 namespace mvw {
 
 struct Decoder::State {
-    explicit State(const Limits& l) : limits(l) {}
+    State(const Limits& l, unsigned threads) : limits(l), workers(threads) {}
 
     Limits limits;
+    Workers workers;
     std::optional<FileHeader> header;
     std::vector<PartDecoder> parts;
     DecodeState counts;  // bytes, chunks, damaged; the rest is made on demand
@@ -46,7 +47,7 @@ struct Decoder::State {
     }
 };
 
-Decoder::Decoder(const Limits& limits) : state_(std::make_unique<State>(limits)) {}
+Decoder::Decoder(const Limits& limits, unsigned threads) : state_(std::make_unique<State>(limits, threads)) {}
 Decoder::~Decoder() = default;
 Decoder::Decoder(Decoder&&) noexcept = default;
 Decoder& Decoder::operator=(Decoder&&) noexcept = default;
@@ -59,7 +60,8 @@ Result<void> Decoder::State::take_header(ByteSpan bytes) {
     Limits each = limits;  // parts share the ceilings
     each.max_memory_bytes /= header->parts.size();
     each.max_vertices /= header->parts.size();
-    for (const PartInfo& part : header->parts) parts.emplace_back(part, header->transform, header->layers, each);
+    for (const PartInfo& part : header->parts)
+        parts.emplace_back(part, header->transform, header->layers, each, workers);
     return {};
 }
 
@@ -235,7 +237,7 @@ unsigned Decoder::finest_level(std::size_t part) const {
 
 std::uint64_t Decoder::coefficient_digest() const {
     std::uint64_t digest = 0xCBF29CE484222325u;
-    for (const PartDecoder& part : state_->parts)
+    for (PartDecoder& part : state_->parts)
         for (const Vec3f& c : part.coefficients())
             for (std::size_t k = 0; k < 3; ++k) {
                 const auto bits = std::bit_cast<std::uint32_t>(c[k]);
@@ -245,8 +247,8 @@ std::uint64_t Decoder::coefficient_digest() const {
     return digest;
 }
 
-Result<Mesh> decode(ByteSpan file, unsigned level, const Limits& limits) {
-    Decoder decoder(limits);
+Result<Mesh> decode(ByteSpan file, unsigned level, const Limits& limits, unsigned threads) {
+    Decoder decoder(limits, threads);
     const Result<FileHeader> header = read_header(file, limits);
     if (!header.ok()) return header.error();
     if (!decoder.feed_file(file)) {

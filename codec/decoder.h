@@ -1,4 +1,4 @@
-// From bytes to meshes, progressively. Decoding never needs the encoder's rooms, threads or exceptions.
+// From bytes to meshes, progressively. Decoding never needs the encoder's rooms or exceptions, and no threads.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -26,7 +26,8 @@ struct DecodeState {
 /// mesh so far at any time.
 class Decoder {
  public:
-    explicit Decoder(const Limits& limits = {});
+    /// threads: that decode side by side once a mesh is asked for. The mesh does not depend on them.
+    explicit Decoder(const Limits& limits = {}, unsigned threads = 1);
     ~Decoder();
     Decoder(Decoder&&) noexcept;
     Decoder& operator=(Decoder&&) noexcept;
@@ -70,6 +71,6 @@ class Decoder {
 };
 
 /// Decodes a whole file or any prefix of one in one go.
-Result<Mesh> decode(ByteSpan file, unsigned level = 255, const Limits& limits = {});
+Result<Mesh> decode(ByteSpan file, unsigned level = 255, const Limits& limits = {}, unsigned threads = 1);
 
 }  // namespace mvw

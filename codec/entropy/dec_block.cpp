@@ -43,7 +43,7 @@ Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDeco
         started() ? plane + 1 == plane_ && complete_ == shape.size() * components_ : plane < kMaxPlanes;
     if (!follows)
         return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(plane) + " does not follow those before it"};
-    start(shape, plane);
+    start(shape.size(), plane);
     plane_ = plane;
     std::span<const EntryRow> above;
     if (parent != nullptr && parent->started()) above = parent->progress_->rows;
@@ -52,22 +52,22 @@ Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDeco
     return {};
 }
 
-void BlockDecoder::start(const BlockShape& shape, unsigned top) {
+void BlockDecoder::start(std::size_t size, unsigned top) {
     if (started()) return;
-    progress_ = std::make_unique<BlockProgress>(shape.size(), components_);
+    progress_ = std::make_unique<BlockProgress>(size, components_);
     progress_->top = top;
 }
 
-Result<void> BlockDecoder::unpack(const BlockShape& shape, unsigned top, unsigned low, ByteSpan packed) {
+Result<void> BlockDecoder::unpack(std::size_t size, unsigned top, unsigned low, ByteSpan packed) {
     if (top >= kMaxPlanes || low > top || (started() && top + 1 != plane_))
         return Error{Errc::Malformed, 0, "bit-plane " + std::to_string(top) + " does not follow those before it"};
     Bytes raw;
-    if (!unzip_planes(packed, shape.size() * components_, top, low, raw))
+    if (!unzip_planes(packed, size * components_, top, low, raw))
         return Error{Errc::Malformed, 0, "packed planes are damaged"};
-    start(shape, top);
-    unpack_planes(raw, components_, top, low, std::span(progress_->rows).first(shape.size()));
+    start(size, top);
+    unpack_planes(raw, components_, top, low, std::span(progress_->rows).first(size));
     plane_ = low;
-    complete_ = shape.size() * components_;
+    complete_ = size * components_;
     return {};
 }
 

@@ -27,8 +27,8 @@ class BlockDecoder {
                               bool whole);
 
     /// The fast profile's way to the planes from `top`, the next one down (or the first), to `low`: all or, Malformed,
-    /// none of them.
-    Result<void> unpack(const BlockShape& shape, unsigned top, unsigned low, ByteSpan packed);
+    /// none of them. size: the block's.
+    Result<void> unpack(std::size_t size, unsigned top, unsigned low, ByteSpan packed);
 
     /// False while all coefficients are zero because no plane has come.
     [[nodiscard]] bool started() const { return progress_ != nullptr; }
@@ -42,7 +42,7 @@ class BlockDecoder {
     void integers(std::span<std::int32_t> out) const;
 
  private:
-    void start(const BlockShape& shape, unsigned top);
+    void start(std::size_t size, unsigned top);
 
     unsigned components_;
     unsigned plane_ = kMaxPlanes;

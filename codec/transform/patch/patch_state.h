@@ -8,7 +8,7 @@
 #include "codec/transform/patch/kernels.h"
 #include "codec/transform/patch/pipeline.h"
 #include "codec/transform/patch/plan.h"
-#include "codec/transform/patch/workers.h"
+#include "codec/workers.h"
 #include "codec/transform/transform.h"
 
 namespace mvw {
