@@ -168,17 +168,21 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     return {};
 }
 
-/// Decodes what has been queued. Tiles do not look at one another.
-void PartDecoder::settle() {
+/// Tiles do not look at one another, and the transform's tables at none of them.
+void PartDecoder::settle(unsigned level) {
     std::vector<std::uint32_t> tiles;
     for (std::uint32_t tile = 0; tile < queues_.size(); ++tile)
         if (!queues_[tile].empty()) tiles.push_back(tile);
-    if (tiles.empty()) return;
+    const std::size_t transforms = needs_transform(level) ? 1 : 0, tasks = tiles.size() + transforms;
     std::atomic<std::size_t> next = 0;
     const auto work = [&](unsigned) {
-        for (std::size_t at = next++; at < tiles.size(); at = next++) settle_tile(tiles[at]);
+        for (std::size_t at = next++; at < tasks; at = next++)
+            if (at < transforms)
+                make_transform(level);
+            else
+                settle_tile(tiles[at - transforms]);
     };
-    if (tiles.size() == 1)
+    if (tasks <= 1)
         work(0);
     else
         workers_.run(work);
@@ -342,19 +346,30 @@ std::vector<std::uint32_t> PartDecoder::changed_faces() const {
     return faces;
 }
 
+bool PartDecoder::needs_transform(unsigned level) const {
+    if (!base_ || level == 0 || base_->params.lossless) return false;
+    const bool again = surface_.size() == vertex_count(level);
+    if (again && changed_level_ > level) return false;
+    return !transform_ || transform_levels_ < level || (again && !updates_);
+}
+
+/// One that can update from the second mesh asked for.
+void PartDecoder::make_transform(unsigned level) {
+    const std::size_t V = vertex_count(level);
+    updates_ = surface_.size() == V;
+    transform_levels_ = level;
+    transform_.reset();
+    transform_ = std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases,
+                                                  V < kWorthThreads ? 1 : workers_.count(), updates_);
+    changed_level_ = 0;
+}
+
 /// Brings surface_ up to date.
 void PartDecoder::synthesize(unsigned level) {
-    const auto V = static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
+    const std::size_t V = vertex_count(level);
     const bool again = surface_.size() == V;
     if (again && changed_level_ > level) return;
-    if (!transform_ || transform_levels_ < level || (again && !updates_)) {
-        updates_ = again;
-        transform_levels_ = level;
-        transform_.reset();
-        transform_ = std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases,
-                                                      V < kWorthThreads ? 1 : workers_.count(), updates_);
-        changed_level_ = 0;
-    }
+    if (needs_transform(level)) make_transform(level);
     const std::span<const Vec3f> coefficients = std::span(coefficients_).first(V);
     surface_.resize(V);
     if (again)
@@ -367,7 +382,7 @@ void PartDecoder::synthesize(unsigned level) {
 
 void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {
     level = std::min(level, finest_);
-    settle();
+    settle(level);
     ensure_coefficients(level);
     const auto first = static_cast<std::uint32_t>(out.positions.size());
     append_positions(level, center, diagonal, out.positions);

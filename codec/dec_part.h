@@ -67,7 +67,8 @@ class PartDecoder {
     Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
     Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
-    void settle();
+    /// Decodes what has been queued; meanwhile makes ready for a mesh of this level.
+    void settle(unsigned level = 0);
     void settle_tile(std::uint32_t tile);
     void decode_planes(const Planes& planes);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
@@ -77,6 +78,11 @@ class PartDecoder {
     void ensure_coefficients(unsigned level);
     void ensure_colors(unsigned level);
     void append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out);
+    [[nodiscard]] std::size_t vertex_count(unsigned level) const {
+        return static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
+    }
+    [[nodiscard]] bool needs_transform(unsigned level) const;
+    void make_transform(unsigned level);
     void synthesize(unsigned level);
     void mark_changed(const ChunkId& id);
     [[nodiscard]] std::vector<std::uint32_t> changed_faces() const;

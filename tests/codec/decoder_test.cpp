@@ -154,6 +154,25 @@ TEST(Decoder, MeshesTakenOnTheWayAreThoseOfAFreshDecoder) {
     EXPECT_TRUE(tiles);
 }
 
+TEST(Decoder, MeshDoesNotDependOnThreads) {
+    EncodeOptions options;
+    options.tile_count = 5;
+    for (const Profile profile : {Profile::Small, Profile::Fast}) {
+        options.profile = profile;
+        SemiRegularMesh ball = bumpy_ball(5);
+        for (const Vec3& p : ball.positions)
+            ball.colors.push_back(
+                {static_cast<std::uint8_t>(100 + 50 * p.x), 20, static_cast<std::uint8_t>(9 * p.y + 90), 255});
+        const Bytes file = encode_parts({ball}, options).file;
+        for (const std::size_t size : {file.size(), file.size() / 2}) {
+            const ByteSpan bytes = ByteSpan(file).first(size);
+            const Mesh one = decode(bytes).value(), three = decode(bytes, 255, {}, 3).value();
+            EXPECT_TRUE(same(one, three));
+            EXPECT_EQ(one.colors, three.colors);
+        }
+    }
+}
+
 TEST(Decoder, EveryLevelHasItsVertices) {
     const Bytes& file = small_file().file;
     for (unsigned level = 0; level <= 3; ++level)

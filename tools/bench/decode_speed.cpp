@@ -16,7 +16,7 @@
 namespace mvw::bench {
 namespace {
 
-constexpr unsigned kRuns = 7;
+constexpr unsigned kRuns = 25;
 constexpr std::uint32_t kSamples = 100'000;
 constexpr int kDracoSpeed = 3;  // 10 less its level
 constexpr unsigned kFewestBits = 10, kMostBits = 20;
@@ -78,8 +78,10 @@ Result<void> add_model(const std::string& path, const DecodeSpeedOptions& option
     encoding.profile = Profile::Fast;
     const Result<Encoded> fast = encode(input, encoding);
     if (!small.ok() || !fast.ok()) return Error{Errc::InvalidArgument, 0, path + " cannot be encoded"};
-    const DecodeTime times[] = {time_decode(input, small->file, "mvw"), time_decode(input, fast->file, "mvw, fast"),
-                                time_chunk(small->file)};
+    const DecodeTime times[] = {time_decode(input, small->file, 1, "mvw"),
+                                time_decode(input, small->file, 2, "mvw, 2 threads"),
+                                time_decode(input, fast->file, 1, "mvw, fast"),
+                                time_decode(input, fast->file, 2, "mvw, fast, 2 threads"), time_chunk(small->file)};
     const DecodeTime draco = time_draco(input, decode(small->file).value(), times[0].psnr);
     const double rate = static_cast<double>(draco.vertices) / draco.seconds;
     table.rows.push_back(row(model, draco, rate));
@@ -89,10 +91,10 @@ Result<void> add_model(const std::string& path, const DecodeSpeedOptions& option
 
 }  // namespace
 
-DecodeTime time_decode(const Mesh& input, ByteSpan file, const std::string& how) {
+DecodeTime time_decode(const Mesh& input, ByteSpan file, unsigned threads, const std::string& how) {
     DecodeTime out{how, file.size(), 0, 0, 0};
     Mesh mesh;
-    out.seconds = best_of_runs([&] { mesh = decode(file).value(); });
+    out.seconds = best_of_runs([&] { mesh = decode(file, 255, {}, threads).value(); });
     out.vertices = mesh.positions.size();
     out.psnr = psnr_of(input, mesh);
     return out;

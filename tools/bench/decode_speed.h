@@ -1,5 +1,6 @@
-// How fast files decode on one thread: output vertices a second of .mvw files of both profiles, against Draco's stream
-// (level 7) of as many vertices that comes as near to the input; and what one more chunk costs.
+// How fast files decode on one thread and on two: output vertices a second of .mvw files of both profiles, against
+// Draco's stream (level 7, one thread) of as many vertices that comes as near to the input; and what one more chunk
+// costs.
 #pragma once
 #include <functional>
 #include <string>
@@ -19,7 +20,7 @@ struct DecodeTime {
 };
 
 /// All of `file` from its bytes to a mesh.
-DecodeTime time_decode(const Mesh& input, ByteSpan file, const std::string& how);
+DecodeTime time_decode(const Mesh& input, ByteSpan file, unsigned threads, const std::string& how);
 /// Draco's level 7 of `mesh` at the fewest bits that come within a twentieth of a decibel of `psnr`.
 DecodeTime time_draco(const Mesh& input, const Mesh& mesh, double psnr);
 /// Mean over the chunks of the finest level of a decoder that was shown a mesh before each: chunk in, mesh out.

@@ -216,7 +216,7 @@ void add_remesh(CLI::App& bench) {
 void add_decode_speed(CLI::App& bench) {
     auto arguments = std::make_shared<DecodeSpeedArguments>();
     CLI::App* command = bench.add_subcommand(
-        "decode", "Times decoding on one thread against Draco at as many vertices and as small an error");
+        "decode", "Times decoding on one thread and two against Draco at as many vertices and as small an error");
     command->footer("Example: mvw bench decode lucy.ply --out results   (writes decode_speed.csv)");
     command->add_option("MESH", arguments->options.meshes, "Mesh files")->required();
     command->add_option("--out", arguments->options.out, "Folder for the results")->required();

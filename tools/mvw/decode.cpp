@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <thread>
 
 #include "codec/dec_original.h"
 #include "codec/decoder.h"
@@ -111,7 +112,7 @@ void decode(const DecodeArguments& arguments) {
     const Result<FileHeader> header = read_header(*all);
     if (!header.ok()) throw Fatal{kFailure, arguments.input + ": " + header.error().message};
     const ByteSpan file = ByteSpan(*all).first(std::min<std::uint64_t>(all->size(), header->file_bytes()));
-    Decoder decoder;
+    Decoder decoder({}, std::max(1u, std::thread::hardware_concurrency()));
     feed(decoder, arguments, file);
     const Result<Mesh> mesh = decoder.mesh(arguments.level);
     if (!mesh.ok()) throw Fatal{kFailure, arguments.input + ": " + mesh.error().message};

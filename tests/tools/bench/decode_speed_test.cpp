@@ -13,7 +13,7 @@ TEST(DecodeSpeed, DracoIsGivenTheSameVerticesAndComesAsNear) {
     options.tile_count = 4;
     const Bytes file = encode_parts({bumpy_ball(4)}, options).file;
     const Mesh input = plain(bumpy_ball(5));
-    const DecodeTime own = time_decode(input, file, "mvw");
+    const DecodeTime own = time_decode(input, file, 1, "mvw");
     const DecodeTime draco = time_draco(input, plain(bumpy_ball(4)), own.psnr);
     EXPECT_EQ(own.bytes, file.size());
     EXPECT_EQ(own.vertices, draco.vertices);
