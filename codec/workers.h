@@ -18,7 +18,10 @@ class Workers {
  public:
     explicit Workers(unsigned) {}
     [[nodiscard]] unsigned count() const { return 1; }
-    void run(const std::function<void(unsigned)>& job) { job(0); }
+    template <typename Job>
+    void run(const Job& job) {
+        job(0);
+    }
     void sync() {}
 };
 #else

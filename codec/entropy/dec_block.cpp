@@ -27,12 +27,20 @@ class PlaneReader {
     RangeDecoder<kCut> decoder_;
 };
 
-/// All in one function: then the range coder's state stays in registers.
 template <bool kCut>
-[[gnu::flatten]] std::size_t decode(const BlockShape& shape, std::span<const EntryRow> parent, unsigned plane,
-                                    ByteSpan bytes, BlockProgress& progress) {
+std::size_t decode(const BlockShape& shape, std::span<const EntryRow> parent, unsigned plane, ByteSpan bytes,
+                   BlockProgress& progress) {
     PlaneReader<kCut> reader(bytes);
     return PlaneCoder(shape, parent, plane, progress, reader).run();
+}
+
+#if !defined(__EMSCRIPTEN__)  // there what counts is the module's size
+[[gnu::flatten]]
+#endif
+/// All in one function: then the range coder's state stays in registers.
+std::size_t decode_whole(const BlockShape& shape, std::span<const EntryRow> parent, unsigned plane,
+                                          ByteSpan bytes, BlockProgress& progress) {
+    return decode<false>(shape, parent, plane, bytes, progress);
 }
 
 }  // namespace
@@ -47,7 +55,7 @@ Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDeco
     plane_ = plane;
     std::span<const EntryRow> above;
     if (parent != nullptr && parent->started()) above = parent->progress_->rows;
-    complete_ = whole ? decode<false>(shape, above, plane, bytes, *progress_)
+    complete_ = whole ? decode_whole(shape, above, plane, bytes, *progress_)
                       : decode<true>(shape, above, plane, bytes, *progress_);
     return {};
 }

@@ -18,6 +18,11 @@
 
 namespace mvw {
 
+#if defined(__EMSCRIPTEN__)
+inline constexpr bool kSmall = true;  // in a browser's module its size counts
+#else
+inline constexpr bool kSmall = false;
+#endif
 inline constexpr unsigned kMaxComponents = 4;
 inline constexpr unsigned kMaxPlanes = 28;  // magnitudes are below 2^28
 
@@ -77,7 +82,7 @@ class PlaneCoder {
     }
 
     /// Returns how many entries were completed: all, unless the coder stopped.
-    std::size_t run() { return components_ == 3 ? run<3>() : run<0>(); }
+    std::size_t run() { return kSmall || components_ != 3 ? run<0>() : run<3>(); }
 
  private:
     /// kCount: the components where that is known beforehand, else 0.

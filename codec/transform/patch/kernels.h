@@ -3,6 +3,7 @@
 // patch's sides; weights come as tables.
 #pragma once
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -55,6 +56,7 @@ struct ListedEdge {
 /// What the position and the shape component of a vertex count for.
 struct ListedWeight {
     float position, shape;
+    friend auto operator<=>(const ListedWeight&, const ListedWeight&) = default;
 };
 /// A vertex that listed edges lift. Its sources, listed edges, follow those of the target before.
 struct LiftTarget {

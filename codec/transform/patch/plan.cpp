@@ -1,10 +1,9 @@
 #include "codec/transform/patch/plan.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
-#include <string>
 #include <tuple>
-#include <unordered_map>
 
 #include "codec/transform/patch/listed_stencils.h"
 
@@ -19,15 +18,14 @@ class SharedRows {
     explicit SharedRows(std::vector<T>& kept) : kept_(kept) {}
     /// Where the row begins among those kept.
     std::uint32_t place(const std::vector<T>& row) {
-        const std::string bytes(reinterpret_cast<const char*>(row.data()), row.size() * sizeof(T));
-        const auto [at, is_new] = places_.try_emplace(bytes, static_cast<std::uint32_t>(kept_.size()));
+        const auto [at, is_new] = places_.try_emplace(row, static_cast<std::uint32_t>(kept_.size()));
         if (is_new) kept_.insert(kept_.end(), row.begin(), row.end());
         return at->second;
     }
 
  private:
     std::vector<T>& kept_;
-    std::unordered_map<std::string, std::uint32_t> places_;
+    std::map<std::vector<T>, std::uint32_t> places_;
 };
 
 class PlanBuilder {
