@@ -191,9 +191,7 @@ class PlaneCoder {
         Four near{}, far{};
         if (awake_[i] != 0) {
             const BlockShape::Neighbors& neighbors = shape_.neighbors()[i];
-#pragma GCC unroll 4
             for (std::size_t n = 0; n < 4; ++n) near += load(rows_[neighbors[n]]) >> 1;
-#pragma GCC unroll 6
             for (std::size_t n = 4; n < BlockShape::kNeighbors; ++n) far += load(rows_[neighbors[n]]) >> 1;
             near = quarters(near);
             far = quarters(far);
