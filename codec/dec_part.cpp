@@ -75,7 +75,6 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     for (std::uint32_t v = 0; v < base_->grid.size(); ++v) coefficients_.push_back(units_.origin(v));
     if (base_->params.lossless) integers_ = base_->grid;
     changed_tiles_.assign(info_.tiles, 0);
-    queues_.resize(info_.tiles);
     for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
         for (unsigned level = 0; level <= finest_; ++level)
             for (const Channel channel : {Channel::Geometry, Channel::Color})
@@ -114,7 +113,7 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
         return Taken::Waits;
     }
     if (*ready != Readiness::Ready) return Taken::Dropped;
-    if (const Result<void> r = queue_planes(id, front, in, whole); !r.ok()) return r.error();
+    if (const Result<void> r = queue_planes(id, front, in, payload, whole); !r.ok()) return r.error();
     if (whole) error_code_ = std::max(error_code_, front.error_code);
     if (id.level > 0 && id.channel == Channel::Geometry) detail_level_ = std::max<unsigned>(detail_level_, id.level);
     return Taken::Used;
@@ -139,7 +138,8 @@ Result<unsigned> lowest_plane_there(ByteReader in, unsigned top, unsigned low, b
 }  // namespace
 
 /// Takes note of what a ready chunk holds. The fast profile's planes, which can be damaged, are unpacked at once.
-Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
+Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, ByteSpan payload,
+                                       bool whole) {
     const unsigned low = lowest_plane_of(id);
     const bool fast = base_->params.fast;
     const Result<unsigned> lowest = fast ? low : lowest_plane_there(in, front.top_plane, low, whole);
@@ -157,8 +157,7 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     if (is_new) --blocks_left_;
     place->plane = *lowest;
     place->cut = !whole;
-    const ByteSpan bytes = in.bytes(in.remaining());
-    queues_[id.tile].push_back({id, front.top_plane, low, Bytes(bytes.begin(), bytes.end()), whole});
+    queue_.emplace(id, fast ? Bytes{} : Bytes(payload.begin(), payload.end()));
     if (id.channel == Channel::Color) {
         ensure_colors(id.level);
     } else {
@@ -168,11 +167,23 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     return {};
 }
 
+/// Calls visit(id, payload) for the tile's chunks in the queue, level by level: parents first.
+template <typename Visit>
+void PartDecoder::visit_queue(std::uint32_t tile, Visit visit) {
+    for (const Channel channel : {Channel::Geometry, Channel::Color}) {
+        const ChunkId first{static_cast<std::uint16_t>(channel), static_cast<std::uint16_t>(tile), 0, 0, Channel::Base};
+        for (auto it = queue_.lower_bound(first);
+             it != queue_.end() && it->first.part == first.part && it->first.tile == first.tile; ++it)
+            visit(it->first, it->second);
+    }
+}
+
 /// Tiles do not look at one another, and the transform's tables at none of them.
 void PartDecoder::settle(unsigned level) {
     std::vector<std::uint32_t> tiles;
-    for (std::uint32_t tile = 0; tile < queues_.size(); ++tile)
-        if (!queues_[tile].empty()) tiles.push_back(tile);
+    for (const auto& [id, payload] : queue_) tiles.push_back(id.tile);
+    std::sort(tiles.begin(), tiles.end());
+    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
     const std::size_t transforms = needs_transform(level) ? 1 : 0, tasks = tiles.size() + transforms;
     std::atomic<std::size_t> next = 0;
     const auto work = [&](unsigned) {
@@ -186,37 +197,35 @@ void PartDecoder::settle(unsigned level) {
         work(0);
     else
         workers_.run(work);
+    queue_.clear();
 }
 
 void PartDecoder::settle_tile(std::uint32_t tile) {
-    for (const Planes& planes : queues_[tile]) decode_planes(planes);
-    for (const Planes& planes : queues_[tile]) {
-        Block& here = *block(planes.id, planes.id.level);
-        if (!here.changed) continue;
+    visit_queue(tile, [&](const ChunkId& id, ByteSpan payload) { decode_planes(id, payload); });
+    visit_queue(tile, [&](const ChunkId& id, ByteSpan) {
+        Block& here = *block(id, id.level);
+        if (!here.changed) return;
         here.changed = false;
-        store_values(planes.id, here);
+        store_values(id, here);
         if (here.plane == 0) here.shape.reset();
-    }
-    queues_[tile].clear();
+    });
 }
 
-void PartDecoder::decode_planes(const Planes& planes) {
-    const ChunkId& id = planes.id;
+void PartDecoder::decode_planes(const ChunkId& id, ByteSpan payload) {
     Block& here = *block(id, id.level);
     here.changed = true;
     if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
     if (base_->params.fast) return;
     const BlockDecoder* parent = nullptr;
     if (has_parents(id.level) && block(id, id.level - 1u)) parent = &block(id, id.level - 1u)->decoder;
-    ByteReader in(planes.bytes);
-    for (unsigned plane = planes.top + 1; plane-- > planes.low;) {
-        const bool last = plane == planes.low;
-        const std::uint64_t length = last ? in.remaining() : in.varint();
-        if (!in.ok()) break;  // a beginning ends before this plane
-        const bool all_there = length <= in.remaining() && (planes.whole || !last);
+    ByteReader in(payload);
+    const unsigned low = lowest_plane_of(id);
+    const bool cut = here.cut && low <= here.plane;  // the block's last chunk: what is behind is not there
+    for (unsigned plane = read_geometry_front(in).top_plane + 1u; plane-- > std::max(low, here.plane);) {
+        const std::uint64_t length = plane == low ? in.remaining() : in.varint();
+        const bool all_there = length <= in.remaining() && !(cut && plane == low);
         const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(length, in.remaining()));
-        const bool follows = here.decoder.decode_plane(*here.shape, parent, plane, in.bytes(bytes), all_there).ok();
-        if (!all_there || !follows) break;
+        (void)here.decoder.decode_plane(*here.shape, parent, plane, in.bytes(bytes), all_there).ok();
     }
 }
 

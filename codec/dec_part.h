@@ -53,24 +53,20 @@ class PartDecoder {
         bool cut = false;                   // a beginning of it only: no other can follow
         bool changed = false;               // since its values were last stored
     };
-    /// Planes taken in and not decoded yet.
-    struct Planes {
-        ChunkId id;
-        unsigned top, low;
-        Bytes bytes;  // of a chunk, behind its front
-        bool whole;
-    };
     enum class Readiness { Ready, Waits, Known };
 
     Result<void> take_base(ByteSpan payload);
     enum class Taken { Used, Waits, Dropped };
     Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
-    Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
+    Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, ByteSpan payload,
+                              bool whole);
     /// Decodes what has been queued; meanwhile makes ready for a mesh of this level.
     void settle(unsigned level = 0);
     void settle_tile(std::uint32_t tile);
-    void decode_planes(const Planes& planes);
+    void decode_planes(const ChunkId& id, ByteSpan payload);
+    template <typename Visit>
+    void visit_queue(std::uint32_t tile, Visit visit);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
     void store_values(const ChunkId& id, const Block& block);
     void store_integers(const BlockShape& shape, const BlockDecoder& from, std::span<const float> values);
@@ -118,9 +114,11 @@ class PartDecoder {
     std::uint64_t blocks_left_ = 0;                              // that memory allows
     std::vector<Vec3f> coefficients_;                            // V(level) of the finest level in use; grows
     std::vector<IntegerPoint> integers_;                         // likewise, of a lossless part, in units of the grid
-    std::vector<Vec3f> colors_, alphas_;       // likewise, of Y, Co, Cg and of alpha (in x); empty before any came
-    std::vector<std::vector<Planes>> queues_;  // by tile
-    std::map<ChunkId, Bytes> waiting_;         // by channel (in the place of the part), tile, level, layer
+    std::vector<Vec3f> colors_, alphas_;  // likewise, of Y, Co, Cg and of alpha (in x); empty before any came
+    // Chunks by channel (in the place of the part), tile, level, layer: to be decoded, the last of a block maybe a
+    // beginning; waiting for others.
+    std::map<ChunkId, Bytes> queue_;
+    std::map<ChunkId, Bytes> waiting_;
     std::unique_ptr<PatchTransform> transform_, color_transform_;
     unsigned transform_levels_ = 0, color_levels_ = 0;
     bool updates_ = false;        // transform_ can update: from the second mesh asked for

@@ -3,7 +3,6 @@
 // patch's sides; weights come as tables.
 #pragma once
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -53,11 +52,6 @@ struct ListedEdge {
     std::uint32_t weights : 31;   // where they begin; edges of one kind share them
     std::uint32_t projected : 1;  // SeededNormal speaks along the normal here
 };
-/// What the position and the shape component of a vertex count for.
-struct ListedWeight {
-    float position, shape;
-    friend auto operator<=>(const ListedWeight&, const ListedWeight&) = default;
-};
 /// A vertex that listed edges lift. Its sources, listed edges, follow those of the target before.
 struct LiftTarget {
     std::uint32_t vertex;
@@ -73,7 +67,7 @@ struct ListedEdges {
     std::span<const ListedEdge> edges;
     const std::uint32_t* vertices;
     std::uint32_t first_vertex;
-    const ListedWeight* weights;
+    const float* weights;  // in turn: what a vertex' position counts for, and its shape component
 };
 struct LiftTargets {
     std::span<const LiftTarget> targets;

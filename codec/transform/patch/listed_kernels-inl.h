@@ -42,9 +42,9 @@ void predict_listed(const ListedEdges& lists, float sign, const float* v, const 
     for (const ListedEdge& edge : lists.edges) {
         const std::uint32_t *ends = vertex, *last = lists.vertices + edge.last_vertex;
         Vec3f P;
-        for (const ListedWeight* w = lists.weights + edge.weights; vertex != last; ++vertex, ++w) {
-            P += point<W>(v + *vertex) * w->position;
-            if (shape != nullptr) P += point<W>(shape + *vertex) * w->shape;
+        for (const float* w = lists.weights + edge.weights; vertex != last; ++vertex, w += 2) {
+            P += point<W>(v + *vertex) * w[0];
+            if (shape != nullptr) P += point<W>(shape + *vertex) * w[1];
         }
         if (normals != nullptr && edge.projected != 0) {
             const Vec3f m = (point<W>(v + ends[0]) + point<W>(v + ends[1])) * 0.5f;

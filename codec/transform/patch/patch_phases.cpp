@@ -195,8 +195,8 @@ void PatchTransform::State::predict_second_listed(const LevelPlan& plan, std::ui
     ListedDetail* listed = &second_.listed[plan.first_listed[f]];
     for (const ListedEdge& edge : lists.edges) {
         Vec3f P;
-        for (const ListedWeight* w = lists.weights + edge.weights; vertex != lists.vertices + edge.last_vertex; ++w)
-            P += get(v + *vertex++, lanes_) * w->shape;
+        for (const float* w = lists.weights + edge.weights; vertex != lists.vertices + edge.last_vertex; w += 2)
+            P += get(v + *vertex++, lanes_) * w[1];
         add_to(*listed++, P * sign);
         put(details_of(second_, plan, f / lanes_) + edge.edge, lanes_, {});
     }

@@ -8,8 +8,8 @@
 #include "codec/transform/patch/kernels.h"
 #include "codec/transform/patch/pipeline.h"
 #include "codec/transform/patch/plan.h"
-#include "codec/workers.h"
 #include "codec/transform/transform.h"
+#include "codec/workers.h"
 
 namespace mvw {
 

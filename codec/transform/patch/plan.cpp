@@ -12,20 +12,19 @@ namespace mvw {
 namespace {
 
 /// Rows of numbers, each kept once.
-template <typename T>
 class SharedRows {
  public:
-    explicit SharedRows(std::vector<T>& kept) : kept_(kept) {}
+    explicit SharedRows(std::vector<float>& kept) : kept_(kept) {}
     /// Where the row begins among those kept.
-    std::uint32_t place(const std::vector<T>& row) {
+    std::uint32_t place(const std::vector<float>& row) {
         const auto [at, is_new] = places_.try_emplace(row, static_cast<std::uint32_t>(kept_.size()));
         if (is_new) kept_.insert(kept_.end(), row.begin(), row.end());
         return at->second;
     }
 
  private:
-    std::vector<T>& kept_;
-    std::map<std::vector<T>, std::uint32_t> places_;
+    std::vector<float>& kept_;
+    std::map<std::vector<float>, std::uint32_t> places_;
 };
 
 class PlanBuilder {
@@ -160,14 +159,15 @@ class PlanBuilder {
         std::stable_sort(order_.begin(), order_.end(),
                          [&](const auto* a, const auto* b) { return face_of(a) < face_of(b); });
         plan_.first_listed.assign(faces() + 1, 0);
-        SharedRows<ListedWeight> rows(plan_.listed_weights);
-        std::vector<ListedWeight> weights;
+        SharedRows rows(plan_.listed_weights);
+        std::vector<float> weights;
         for (const ListedStencil* s : order_) {
             ++plan_.first_listed[face_of(s) + 1];
             weights.clear();
             for (const auto& t : s->terms) {
                 plan_.listed_vertices.push_back(offset(owned(t.vertex)));
-                weights.push_back({static_cast<float>(t.position), static_cast<float>(t.shape)});
+                weights.push_back(static_cast<float>(t.position));
+                weights.push_back(static_cast<float>(t.shape));
             }
             const GridEdge edge = topology_.owner(s->edge, n_);
             plan_.listed.push_back({plan_.layout.edge(edge.plane, edge.i, edge.k) + edge.face % plan_.layout.lanes,
@@ -193,7 +193,7 @@ class PlanBuilder {
             return std::tie(a.face, a.vertex, a.weight, a.listed) < std::tie(b.face, b.vertex, b.weight, b.listed);
         });
         plan_.first_target.assign(faces() + 1, 0);
-        SharedRows<float> rows(plan_.source_weights);
+        SharedRows rows(plan_.source_weights);
         std::vector<float> weights;
         for (std::size_t first = 0, last = 0; first < entries.size(); first = last) {
             weights.clear();

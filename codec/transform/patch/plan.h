@@ -54,7 +54,7 @@ struct LevelPlan {
     std::vector<ListedEdge> listed;  // by owning patch, then in any order
     PatchRuns first_listed;
     std::vector<std::uint32_t> listed_vertices;
-    std::vector<ListedWeight> listed_weights;
+    std::vector<float> listed_weights;
     std::vector<LiftTarget> targets;  // by owning patch
     PatchRuns first_target;
     std::vector<std::uint32_t> sources;  // listed edges
