@@ -214,8 +214,8 @@ void PartDecoder::settle_tile(std::uint32_t tile) {
 void PartDecoder::decode_planes(const ChunkId& id, ByteSpan payload) {
     Block& here = *block(id, id.level);
     here.changed = true;
-    if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
     if (base_->params.fast) return;
+    if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
     const BlockDecoder* parent = nullptr;
     if (has_parents(id.level) && block(id, id.level - 1u)) parent = &block(id, id.level - 1u)->decoder;
     ByteReader in(payload);
@@ -265,13 +265,13 @@ void PartDecoder::ensure_colors(unsigned level) {
 void PartDecoder::store_values(const ChunkId& id, const Block& from) {
     if (!from.decoder.started()) return;
     const unsigned level = id.level;
-    const BlockShape& shape = *from.shape;
-    std::vector<float> values(shape.size() * (id.channel == Channel::Color ? base_->params.color_components : 3u));
+    const std::vector<std::uint32_t> indices = block_indices(base_->mesh, tiling(level).tiles[id.tile], level);
+    std::vector<float> values(indices.size() * (id.channel == Channel::Color ? base_->params.color_components : 3u));
     from.decoder.values(base_->params.reconstruction_point(), values);
-    if (id.channel == Channel::Color) return store_colors(shape, level, values);
-    if (base_->params.lossless) return store_integers(shape, from.decoder, values);
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-        const std::uint32_t v = shape.indices()[i];
+    if (id.channel == Channel::Color) return store_colors(indices, level, values);
+    if (base_->params.lossless) return store_integers(indices, from.decoder, values);
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        const std::uint32_t v = indices[i];
         const Vec3f step = units_.steps(level, v);
         const Vec3f value{values[3 * i] * step.x, values[3 * i + 1] * step.y, values[3 * i + 2] * step.z};
         coefficients_[v] = level == 0 ? units_.origin(v) + units_.frame(v).to_model(value) : value;
@@ -279,12 +279,13 @@ void PartDecoder::store_values(const ChunkId& id, const Block& from) {
 }
 
 /// Exact once plane 0 has come; before, the middle of what is open.
-void PartDecoder::store_integers(const BlockShape& shape, const BlockDecoder& from, std::span<const float> values) {
+void PartDecoder::store_integers(std::span<const std::uint32_t> indices, const BlockDecoder& from,
+                                 std::span<const float> values) {
     std::vector<std::int32_t> exact(from.lowest_plane() == 0 ? values.size() : 0);
     if (!exact.empty()) from.integers(exact);
     const auto grid = static_cast<float>(base_->params.grid());
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-        const std::uint32_t v = shape.indices()[i];
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        const std::uint32_t v = indices[i];
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t at = 3 * i + k;
             const std::int32_t value = exact.empty() ? static_cast<std::int32_t>(values[at]) : exact[at];
@@ -294,11 +295,11 @@ void PartDecoder::store_integers(const BlockShape& shape, const BlockDecoder& fr
     }
 }
 
-void PartDecoder::store_colors(const BlockShape& shape, unsigned level, std::span<const float> values) {
+void PartDecoder::store_colors(std::span<const std::uint32_t> indices, unsigned level, std::span<const float> values) {
     const unsigned components = base_->params.color_components;
     const float step = step_from_code(base_->params.color_steps[level]);
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-        const std::uint32_t v = shape.indices()[i];
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        const std::uint32_t v = indices[i];
         const float* x = &values[components * i];
         colors_[v] = Vec3f{x[0] * step + (level == 0 ? 0.5f : 0.0f), x[1] * step, x[2] * step};
         if (components == 4) alphas_[v].x = x[3] * step + (level == 0 ? 1.0f : 0.0f);

@@ -48,7 +48,7 @@ class PartDecoder {
     struct Block {
         explicit Block(unsigned components) : decoder(components) {}
         BlockDecoder decoder;
-        std::unique_ptr<BlockShape> shape;  // while planes can still come
+        std::unique_ptr<BlockShape> shape;  // while planes can still come; the fast profile needs none
         unsigned plane = kMaxPlanes;        // lowest one taken in
         bool cut = false;                   // a beginning of it only: no other can follow
         bool changed = false;               // since its values were last stored
@@ -69,8 +69,9 @@ class PartDecoder {
     void visit_queue(std::uint32_t tile, Visit visit);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
     void store_values(const ChunkId& id, const Block& block);
-    void store_integers(const BlockShape& shape, const BlockDecoder& from, std::span<const float> values);
-    void store_colors(const BlockShape& shape, unsigned level, std::span<const float> values);
+    void store_integers(std::span<const std::uint32_t> indices, const BlockDecoder& from,
+                        std::span<const float> values);
+    void store_colors(std::span<const std::uint32_t> indices, unsigned level, std::span<const float> values);
     void ensure_coefficients(unsigned level);
     void ensure_colors(unsigned level);
     void append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out);

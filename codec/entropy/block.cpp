@@ -1,6 +1,7 @@
 #include "codec/entropy/block.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace mvw {
 
@@ -166,45 +167,53 @@ std::uint64_t block_size(const Tiling::Tile& tile, unsigned level) {
            tile.faces.size() * (interior_points(level) - interior_points(level - 1));
 }
 
+std::vector<std::uint32_t> block_indices(const BaseMesh& base, const Tiling::Tile& tile, unsigned level) {
+    if (level == 0) return tile.vertices;
+    std::vector<std::uint32_t> indices(static_cast<std::size_t>(block_size(tile, level)));
+    const auto run = static_cast<std::uint32_t>(interior_points(level) - interior_points(level - 1));
+    const auto along = std::uint32_t{1} << (level - 1);
+    const auto start = static_cast<std::uint32_t>(vertices_at_level(base, level - 1));
+    auto to = indices.begin();
+    const auto add = [&to](std::uint32_t first, std::uint32_t count) {
+        std::iota(to, to + count, first);
+        to += count;
+    };
+    for (const std::uint32_t e : tile.edges) add(start + e * along, along);
+    for (const std::uint32_t f : tile.faces) add(start + base.edge_count() * along + f * run, run);
+    return indices;
+}
+
 BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level) {
     const Tiling::Tile& owned = tiling.tiles[tile];
+    indices_ = block_indices(base, owned, level);
     if (level == 0) {
-        indices_ = owned.vertices;
         neighbors_ = base_neighbors(base, tiling, tile);
         name_what_is_missing(0);
         return;
     }
     const auto n = std::int64_t{1} << level;
     const Locator place(base, tiling, tile, level), coarse(base, tiling, tile, level - 1);
-    const std::uint64_t size = block_size(owned, level), start = vertices_at_level(base, level - 1);
-    indices_.reserve(size);
-    neighbors_.reserve(size);
-    if (level > 1) parents_.reserve(size);
-    const auto add = [this, level](std::uint64_t index, const Neighbors& neighbors, const Locator& below,
-                                   std::uint32_t f, GridPoint p) {
-        indices_.push_back(static_cast<std::uint32_t>(index));
+    neighbors_.reserve(size());
+    if (level > 1) parents_.reserve(size());
+    const auto add = [this, level](const Neighbors& neighbors, const Locator& below, std::uint32_t f, GridPoint p) {
         neighbors_.push_back(neighbors);
         if (level > 1) parents_.push_back(parents_of(below, f, p));
     };
     for (const std::uint32_t e : owned.edges) {
         const BaseEdge& edge = base.edges()[e];
         for (std::int64_t t = 1; t < n; t += 2)
-            add(start + e * static_cast<std::uint64_t>(n / 2) + static_cast<std::uint64_t>(t / 2),
-                edge_neighbors(place, edge, n, t), coarse, edge.face[0], side_point(edge.side[0], n, t));
+            add(edge_neighbors(place, edge, n, t), coarse, edge.face[0], side_point(edge.side[0], n, t));
     }
-    const std::uint64_t first_interior = start + base.edge_count() * static_cast<std::uint64_t>(n / 2);
-    const std::size_t pattern = indices_.size();  // the first face's run, which the others repeat
+    const std::size_t pattern = neighbors_.size();  // the first face's run, which the others repeat
     for (std::uint32_t slot = 0; slot < owned.faces.size(); ++slot) {
         const std::uint32_t f = owned.faces[slot];
         std::size_t rank = 0;
         for (std::int64_t i = 1; i < n; ++i)
             for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step, ++rank) {
-                const std::uint64_t index = first_interior + std::uint64_t{f} * place.run() + rank;
                 if (slot == 0 || !deep_inside({i, k}, n)) {
-                    add(index, interior_neighbors(place, f, {i, k}), coarse, f, {i, k});
+                    add(interior_neighbors(place, f, {i, k}), coarse, f, {i, k});
                     continue;
                 }
-                indices_.push_back(static_cast<std::uint32_t>(index));
                 neighbors_.push_back(shifted(neighbors_[pattern + rank], slot * place.run()));
                 parents_.push_back(shifted(parents_[pattern + rank], slot * coarse.run()));
             }

@@ -31,6 +31,9 @@ struct Tiling {
 /// Number of coefficients of a tile's block of a level: V(level) - V(level-1) restricted to what the tile owns.
 std::uint64_t block_size(const Tiling::Tile& tile, unsigned level);
 
+/// Each coefficient's vertex in hierarchical order, in coding order (BlockShape).
+std::vector<std::uint32_t> block_indices(const BaseMesh& base, const Tiling::Tile& tile, unsigned level);
+
 /// The coefficients of a block in coding order, and the relations from which contexts are formed.
 ///
 /// Order: level 0, the tile's base vertices; level j >= 1, for each of the tile's base edges its 2^(j-1) new points

@@ -38,8 +38,9 @@ std::size_t decode(const BlockShape& shape, std::span<const EntryRow> parent, un
 [[gnu::flatten]]
 #endif
 /// All in one function: then the range coder's state stays in registers.
-std::size_t decode_whole(const BlockShape& shape, std::span<const EntryRow> parent, unsigned plane,
-                                          ByteSpan bytes, BlockProgress& progress) {
+std::size_t
+decode_whole(const BlockShape& shape, std::span<const EntryRow> parent, unsigned plane, ByteSpan bytes,
+             BlockProgress& progress) {
     return decode<false>(shape, parent, plane, bytes, progress);
 }
 

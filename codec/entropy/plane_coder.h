@@ -259,9 +259,7 @@ class PlaneCoder {
         return code(model_.significance(c, around(c, in_quarters), state), truth_bit());
     }
 
-    [[nodiscard]] bool truth_bit() const {
-        return (magnitude_of(coder_.truth(stopped_at_)) >> plane_ & 1u) != 0;
-    }
+    [[nodiscard]] bool truth_bit() const { return (magnitude_of(coder_.truth(stopped_at_)) >> plane_ & 1u) != 0; }
 
     /// What the plane adds to the entry.
     std::uint32_t refine(std::uint32_t entry, unsigned c) {
@@ -281,12 +279,8 @@ class PlaneCoder {
     }
 
     /// 1, -1 or, where the entry is zero, 0.
-    static Four signs_of(Four entries) {
-        return -reinterpret_cast<Four>(entries != Four{}) - ((entries & 1u) << 1);
-    }
-    static int sign_of(std::uint32_t entry) {
-        return int{entry != 0} - 2 * static_cast<int>(entry & 1u);
-    }
+    static Four signs_of(Four entries) { return -reinterpret_cast<Four>(entries != Four{}) - ((entries & 1u) << 1); }
+    static int sign_of(std::uint32_t entry) { return int{entry != 0} - 2 * static_cast<int>(entry & 1u); }
 
     [[nodiscard]] SignsAround signs_around(std::size_t i, unsigned c) {
         if (!signs_known_) sum_signs(i);
