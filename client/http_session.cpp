@@ -432,14 +432,8 @@ std::optional<Clock::time_point> HttpSession::deadline() const {
     return std::nullopt;
 }
 
-// Hands out the actions. The timer is only moved when it would fire too late: one that fires early looks again.
 HttpActions HttpSession::flush() {
-    const std::optional<Clock::time_point> due = deadline();
-    if (due && (!timer_ || *due < *timer_)) {
-        timer_ = due;
-        actions_.emplace_back(SetTimer{*due});
-    }
-    return std::exchange(actions_, {});
+    return gathered(actions_, timer_, deadline());
 }
 
 }  // namespace mvw::client

@@ -343,14 +343,8 @@ std::optional<Clock::time_point> Session::deadline() const {
     return std::nullopt;
 }
 
-// Hands out the actions. The timer is only moved when it would fire too late: one that fires early looks again.
 Actions Session::flush() {
-    const std::optional<Clock::time_point> due = deadline();
-    if (due && (!timer_ || *due < *timer_)) {
-        timer_ = due;
-        actions_.emplace_back(SetTimer{*due});
-    }
-    return std::exchange(actions_, {});
+    return gathered(actions_, timer_, deadline());
 }
 
 }  // namespace mvw::client

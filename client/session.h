@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -110,6 +111,18 @@ struct Failed {
 using Action = std::variant<Connect, SendBytes, SetTimer, Disconnect, Opened, Received, Satisfied, Broken, Resumed,
                             Restarted, Failed>;
 using Actions = std::vector<Action>;
+
+/// Hands out what a session has gathered. `timer`, which its owner keeps, is moved to what is due only where it would
+/// fire too late: one that fires early looks again.
+template <typename AnyAction>
+std::vector<AnyAction> gathered(std::vector<AnyAction>& actions, std::optional<Clock::time_point>& timer,
+                                const std::optional<Clock::time_point>& due) {
+    if (due && (!timer || *due < *timer)) {
+        timer = due;
+        actions.emplace_back(SetTimer{*due});
+    }
+    return std::exchange(actions, {});
+}
 
 /// One model's download. Owns no socket, thread or clock. Not thread-safe.
 /// A transport reports exactly one on_connected() or on_disconnected() after each Connect, and one on_disconnected()

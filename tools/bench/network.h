@@ -22,8 +22,8 @@ struct NetworkOptions {
 
 /// For each mesh, rate and distance, all of them through the shaper: seconds to the first mesh and to 60 dB by the
 /// stream, to 60 dB by the chain (all files asked for at once on one connection, the best case), and to the end of the
-/// whole Draco file; what the aim allows, and whether it is met. Decoding counts, ours up
-/// to the mesh one level beyond the finest that has details, as the viewers draw it, and Draco's.
+/// whole Draco file; what the aim allows, and whether it is met. Times are those at which a mesh is made, ours and
+/// Draco's; how good it is has been measured against the input afterwards.
 ///
 /// Aims: first mesh within 2 round trips, its bytes at link rate and 0.1 s; 60 dB within a third of the time of the
 /// whole Draco file where that takes more than 5 round trips at link rate, else never later than it.
