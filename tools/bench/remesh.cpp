@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -24,10 +25,17 @@ constexpr unsigned kWidth = 640, kHeight = 560;
 constexpr std::uint32_t kSamples = 200'000;
 constexpr double kRed = 1e-3;  // of the diagonal: red in error pictures
 
-const std::vector<std::string> kHead{"model",       "input vertices", "input faces", "step",    "base faces",
-                                     "levels",      "vertices",       "dB",          "max",     "folds",
-                                     "input folds", "no area",        "tangential",  "median",  "median normal",
-                                     "topology",    "alone share",    "seconds",     "peak MB", "note"};
+const std::vector<std::string> kHead{"model",         "input vertices",
+                                     "input faces",   "step",
+                                     "base faces",    "levels",
+                                     "vertices",      "dB",
+                                     "max",           "folds",
+                                     "input folds",   "no area",
+                                     "tangential",    "median",
+                                     "median normal", "topology",
+                                     "alone share",   "seconds",
+                                     "cpu seconds",   "seconds by phase",
+                                     "peak MB",       "note"};
 
 /// Memory's peak is counted from here on, where the system lets it.
 void forget_peak() {
@@ -42,11 +50,45 @@ double peak_megabytes() {
     return 0;
 }
 
+double cpu_seconds() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;  // of all threads
+}
+
+/// Wall-clock seconds by phase, as the remesher reports where it is.
+class Profile {
+ public:
+    void enter(const std::string& phase) {
+        const auto now = std::chrono::steady_clock::now();
+        if (!phases_.empty()) phases_.back().second += std::chrono::duration<double>(now - since_).count();
+        since_ = now;
+        if (phases_.empty() || phases_.back().first != phase) {
+            // A phase that comes again (a finer level) goes on where it was.
+            const auto known = std::ranges::find(phases_, phase, &Phase::first);
+            if (known == phases_.end())
+                phases_.emplace_back(phase, 0);
+            else
+                std::rotate(known, known + 1, phases_.end());
+        }
+    }
+    [[nodiscard]] std::string text() const {
+        std::string out;
+        for (const auto& [phase, seconds] : phases_)
+            if (!phase.empty()) out += fmt::format("{}{} {:.1f}", out.empty() ? "" : ", ", phase, seconds);
+        return out;
+    }
+
+ private:
+    using Phase = std::pair<std::string, double>;
+    std::vector<Phase> phases_;
+    std::chrono::steady_clock::time_point since_;
+};
+
 /// A model's remesh at one step.
 struct Step {
     const char* name;
     std::vector<SemiRegularMesh> parts;  // in coded units
-    double seconds = 0, peak = 0;
+    double seconds = 0, cpu = 0, peak = 0;
+    std::string profile;
 };
 
 Mesh finest_mesh(const std::vector<SemiRegularMesh>& parts, const FileHeader& header) {
@@ -145,7 +187,12 @@ class Run {
         run.options_.levels = options.levels;
         run.options_.threads = std::max(1u, std::thread::hardware_concurrency());
         run.begin_ = Clock::now();
+        run.cpu_begin_ = cpu_seconds();
+        run.options_.progress = [&run](const char* phase, double) { run.profile_.enter(phase); };
+        run.profile_.enter("recognize");
         run.remeshed_ = remesh(*run.mesh_, run.options_);
+        run.profile_.enter("");
+        run.options_.progress = {};
         auto input = EncoderInput::make(*run.mesh_, run.options_.threads);
         if (!input.ok()) return input.error();
         run.input_ = std::move(*input);
@@ -173,12 +220,14 @@ class Run {
     using Clock = std::chrono::steady_clock;
     [[nodiscard]] Step step(const char* name, std::vector<SemiRegularMesh> parts) const {
         const std::chrono::duration<double> seconds = Clock::now() - begin_;
-        return {name, std::move(parts), seconds.count(), peak_megabytes()};
+        return {name, std::move(parts), seconds.count(), cpu_seconds() - cpu_begin_, peak_megabytes(), profile_.text()};
     }
 
     std::unique_ptr<Mesh> mesh_;
     RemeshOptions options_;
+    Profile profile_;
     Clock::time_point begin_;
+    double cpu_begin_ = 0;
     RemeshResult remeshed_;
     std::unique_ptr<EncoderInput> input_;
 };
@@ -213,6 +262,8 @@ std::vector<std::string> row_of(const std::string& name, const Run& run, const S
             topology_of(remeshed) == topology_of(input) ? "kept" : "changed",
             fmt::format("{:.4f}", run.alone_share()),
             fmt::format("{:.1f}", step.seconds),
+            fmt::format("{:.1f}", step.cpu),
+            step.profile,
             fmt::format("{:.0f}", step.peak),
             ""};
 }

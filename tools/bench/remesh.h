@@ -20,7 +20,8 @@ struct RemeshBenchOptions {
     std::function<void(const std::string& line)> say;
 };
 
-/// Two rows a model: after remeshing, and after its vertices have slid to where details are normal (enc_adapt.h).
+/// Two rows a model: after remeshing, and after its vertices have slid to where details are normal (enc_adapt.h); times
+/// run on from one to the other, those by phase are of the remesher alone.
 /// Errors are of the finest level against the cleaned input, both ways, in dB and as a part of the diagonal; folds as
 /// in folds.h. tangential: share of the energy of each level's details from level 2 up, under `seeded-lazy`, and their
 /// median; `median normal`: under `seeded-normal-lazy`, which sliding serves. Io where the folder cannot be read or the
