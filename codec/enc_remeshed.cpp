@@ -24,13 +24,14 @@ constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles wou
 constexpr std::size_t kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
-constexpr unsigned kBudgets = 5;         // sizes at which files are compared, ...
-constexpr double kLeastBudget = 1024;    // ... none below
-constexpr double kMostLost = 0.7;        // dB of the whole file that better beginnings may cost, ...
-constexpr double kEnough = 84;           // ... unless it stays above this
-constexpr double kNothing = 35;          // PSNR that a beginning too short for any surface counts as
-constexpr double kExact = 150;           // and the most that any does
-constexpr double kMostOverhead = 0.045;  // of the file: heads, header, index
+constexpr unsigned kBudgets = 5;                  // sizes at which files are compared, ...
+constexpr double kLeastBudget = 1024;             // ... none below
+constexpr double kMostLost = 0.7;                 // dB of the whole file that better beginnings may cost, ...
+constexpr std::size_t kMostSideBySide = 300'000;  // input vertices
+constexpr double kEnough = 84;                    // ... unless it stays above this
+constexpr double kNothing = 35;                   // PSNR that a beginning too short for any surface counts as
+constexpr double kExact = 150;                    // and the most that any does
+constexpr double kMostOverhead = 0.045;           // of the file: heads, header, index
 
 double area(const Mesh& mesh) {
     double sum = 0;
@@ -168,7 +169,8 @@ Source adapt(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& op
         SemiRegularMesh& mesh = source.parts[p];
         for (Vec3& x : mesh.positions) x = input.to_coded_units(x);
         if (options.progress) options.progress("slide", double(p) / double(source.parts.size()));
-        if (options.lossless > 0 || mesh.levels == 0 || remeshed.own_vertices[p] != 0) continue;
+        if (options.lossless > 0 || !options.transform.local_frames) continue;  // adapting asks for normals
+        if (mesh.levels == 0 || remeshed.own_vertices[p] != 0) continue;
         source.adaptations[p] = std::make_unique<Adaptation>(
             input.part(remeshed.part_of_face, p), as_stored(options.transform), options.threads, std::move(mesh));
         source.adaptations[p]->slide(options.threads);
@@ -211,7 +213,7 @@ Result<Bytes> plan_file(CodedModel& model, std::vector<PlannedChunk>& plan) {
 
 /// How good a file is, by what it decodes to.
 struct Quality {
-    double mean = 0;   // PSNR of beginnings of sizes that matter: 0.2 to 3 bits for each of the input's vertices
+    double mean = 0;   // PSNR of the whole chunks in beginnings that matter: 0.2 to 3 bits for each input vertex
     double whole = 0;  // PSNR of all of it
 };
 
@@ -327,8 +329,13 @@ Result<void> Draft::choose_base_grid(unsigned threads) {
         return coded;
     };
     std::optional<Result<State::Coded>> coarse, fine;
-    side_by_side(
-        threads,
+    const bool small = s.source.input.mesh().positions.size() <= kMostSideBySide;  // both take memory
+    const auto run = [&](const auto& a, const auto& b) {
+        if (small) return side_by_side(threads, a, b);
+        a(threads);
+        b(threads);
+    };
+    run(
         [&](unsigned share) {
             coarse = coded_and_measured({true, 0}, share);
         },
@@ -340,6 +347,7 @@ Result<void> Draft::choose_base_grid(unsigned threads) {
         const Quality& quality = *(*coded)->quality;
         if (quality.mean > s.best.quality->mean && quality.whole >= least_whole) s.best = std::move(**coded);
     }
+    s.source.adaptations.clear();
     return {};
 }
 

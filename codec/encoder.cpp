@@ -83,14 +83,15 @@ Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
             second = measured(draft_of_base(input, faces(1), silent));
         });
     if (!first->ok()) return first->error();
-    if (!second->ok()) return second->error();
+    if (!second->ok()) return std::move(*first);
     const double most_error = kMostLoss * std::max((*first)->remeshing_error(), kSmallError);
     const auto is_better = [&](Draft& draft, Draft& than) {
         return draft.remeshing_error() <= most_error && draft.score() >= than.score() + kLeastGain;
     };
     if (!is_better(**second, **first)) return std::move(*first);
+    first.reset();  // memory
     Result<Draft> third = draft_of_base(input, faces(2), options);
-    if (!third.ok() || is_better(*third, **second)) return third;
+    if (third.ok() && is_better(*third, **second)) return third;
     return std::move(*second);
 }
 

@@ -13,7 +13,7 @@ namespace mvw {
 struct SurfaceErrorOptions {
     std::uint32_t samples = 1'000'000;  // points laid on each surface by area, fixed seed
     unsigned threads = 0;               // 0: all cores
-    std::uint32_t vertex_stride = 1;    // every so many-th of each surface's vertices is a point, too
+    std::uint32_t vertex_stride = 1;    // every so many-th of each surface's vertices is a point, too; at least 1
 };
 
 /// Distances as fractions of the diagonal of the reference's box. All points count alike.

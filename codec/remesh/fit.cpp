@@ -1,5 +1,6 @@
 #include "codec/remesh/fit.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -74,6 +75,13 @@ struct Block {
     }
 };
 
+std::uint32_t count_neighbours(std::span<const RingTriangle> ring) {
+    auto count = static_cast<std::uint32_t>(ring.size());  // the first corners; of an open fan one second is left
+    for (const RingTriangle& t : ring)
+        if (std::ranges::none_of(ring, [&](const RingTriangle& o) { return o.first == t.second; })) ++count;
+    return count;
+}
+
 /// The terms of each triangle.
 struct TermsOfTriangles {
     std::vector<std::uint32_t> begin, term;  // F + 1; numbers of used terms, sorted by triangle
@@ -89,7 +97,8 @@ struct TermsOfTriangles {
     }
 };
 
-/// (B^T B + damping) x = B^T (samples - surface) over the vertices that move, B being each used term's point; row by
+/// (B^T M B + damping) x = B^T M (samples - surface) over the vertices that move, B being each used term's point, M
+/// what distances count along the sample's normal and across; row by
 /// row, so that rows can be computed side by side.
 class NormalEquations {
  public:
@@ -100,8 +109,8 @@ class NormalEquations {
         const Rings rings(triangles, positions.size());
         const TermsOfTriangles sorted(terms, triangles.size());
         row_.push_back(0);
-        for (std::uint32_t v = 0; v < positions.size(); ++v)  // a slot more than most vertices have neighbours
-            row_.push_back(row_.back() + static_cast<std::uint32_t>(2 * rings.at(v).size()));
+        for (std::uint32_t v = 0; v < positions.size(); ++v)
+            row_.push_back(row_.back() + count_neighbours(rings.at(v)));
         diagonal_.resize(positions.size());
         column_.assign(row_.back(), kNone);
         block_.resize(row_.back());
@@ -151,7 +160,7 @@ class NormalEquations {
     }
     Block& block_at(std::uint32_t v, std::uint32_t neighbour) {
         std::uint32_t k = row_[v];
-        while (column_[k] != kNone && column_[k] != neighbour) ++k;
+        while (column_[k] != kNone && column_[k] != neighbour) ++k;  // ends: there is a slot for each neighbour
         column_[k] = neighbour;
         return block_[k];
     }

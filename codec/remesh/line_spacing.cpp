@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "codec/remesh/resample.h"
 
@@ -12,6 +13,7 @@ namespace {
 constexpr double kMostCut = 1e-4;         // of the diagonal
 constexpr std::uint32_t kFineness = 16;   // places to choose from for each point of an edge
 constexpr std::uint32_t kLeastSteps = 2;  // of these, between points
+constexpr std::size_t kPointsAtOnce = 1u << 20;
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
     const Vec3 ab = b - a;
@@ -21,7 +23,7 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 }
 
 /// How far a line is from the polygon of every kFineness-th of its points.
-double most_cut(const std::vector<Vec3>& line) {
+double most_cut(std::span<const Vec3> line) {
     double most = 0;
     for (std::size_t i = 0; i < line.size(); ++i) {
         const std::size_t from = std::min(i / kFineness * kFineness, line.size() - 1 - kFineness);
@@ -35,7 +37,7 @@ double angle(const Vec3& a, const Vec3& b) {
 }
 
 /// For each place of the line the share of its points that shall lie before it, from 0 to 1.
-std::vector<double> shares(const std::vector<Vec3>& line) {
+std::vector<double> shares(std::span<const Vec3> line) {
     std::vector<double> length_until{0}, turn_until{0};
     for (std::size_t i = 1; i < line.size(); ++i) {
         length_until.push_back(length_until.back() + length(line[i] - line[i - 1]));
@@ -66,6 +68,15 @@ std::vector<std::uint32_t> places(const std::vector<double>& share, std::uint32_
     return out;
 }
 
+/// Base edges on boundaries and creases.
+std::vector<std::uint32_t> line_edges(const SemiRegularMesh& part) {
+    std::vector<std::uint32_t> edges;
+    for (std::uint32_t b = 0; b < part.base.edge_count(); ++b)
+        if (part.base.edges()[b].face[1] == kNone || (!part.creases.empty() && part.creases[b] != 0))
+            edges.push_back(b);
+    return edges;
+}
+
 }  // namespace
 
 void space_lines(const Mesh& mesh, const SelfParameterization& parameterization, const SemiRegularMesh& part,
@@ -77,17 +88,25 @@ void space_lines(const Mesh& mesh, const SelfParameterization& parameterization,
         p.weight[e.side[0]] = 1 - p.weight[(e.side[0] + 1u) % 3];
         return p;
     };
-    for (std::uint32_t b = 0; b < part.base.edge_count(); ++b) {
-        const BaseEdge& e = part.base.edges()[b];
-        if (e.face[1] != kNone && (part.creases.empty() || part.creases[b] == 0)) continue;
-        std::vector<FacePoint> line;
-        for (std::uint32_t place = 0; place <= fine; ++place) line.push_back(on_edge(e, place));
-        parameterization.to_input(line, threads);
-        const std::vector<Vec3> positions = positions_of(mesh, line);
-        if (most_cut(positions) <= kMostCut) continue;
-        const std::vector<std::uint32_t> chosen = places(shares(positions), n);
-        for (std::uint32_t t = 1; t < n; ++t)
-            points[edge_vertex_index(part.base, e, part.levels, t)] = on_edge(e, chosen[t]);
+    // Batches: each pass through the parameterisation costs as much as the input has faces, each point some bytes.
+    const std::vector<std::uint32_t> edges = line_edges(part);
+    const std::size_t batch = std::max<std::size_t>(1, kPointsAtOnce / (fine + 1));
+    for (std::size_t begin = 0; begin < edges.size(); begin += batch) {
+        const std::size_t end = std::min(edges.size(), begin + batch);
+        std::vector<FacePoint> lines;
+        for (std::size_t k = begin; k < end; ++k)
+            for (std::uint32_t place = 0; place <= fine; ++place)
+                lines.push_back(on_edge(part.base.edges()[edges[k]], place));
+        parameterization.to_input(lines, threads);
+        const std::vector<Vec3> positions = positions_of(mesh, lines);
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto line = std::span(positions).subspan((k - begin) * (fine + 1), fine + 1);
+            if (most_cut(line) <= kMostCut) continue;
+            const BaseEdge& e = part.base.edges()[edges[k]];
+            const std::vector<std::uint32_t> chosen = places(shares(line), n);
+            for (std::uint32_t t = 1; t < n; ++t)
+                points[edge_vertex_index(part.base, e, part.levels, t)] = on_edge(e, chosen[t]);
+        }
     }
 }
 

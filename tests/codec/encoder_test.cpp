@@ -15,6 +15,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/models.h"
 #include "tests/support/semi_regular_models.h"
+#include "tests/support/shapes.h"
 
 namespace mvw {
 namespace {
@@ -50,6 +51,28 @@ TEST(EncodeParts, IsDeterministicWhateverTheThreads) {
     const Bytes one = encode_parts({bumpy_ball(4)}, options).file;
     options.threads = 3;
     EXPECT_EQ(encode_parts({bumpy_ball(4)}, options).file, one);
+}
+
+TEST(Encode, IsDeterministicWhateverTheThreads) {
+    // Not semi-regular, so that it is remeshed, bases are compared, and their grids, side by side.
+    const Mesh mesh = torus(61, 37);
+    EncodeOptions options;
+    options.threads = 1;
+    const Encoded one = encode(mesh, options).value();
+    ASSERT_GT(one.levels, 0u);
+    for (const unsigned threads : {2u, 3u}) {
+        options.threads = threads;
+        EXPECT_EQ(encode(mesh, options)->file, one.file) << threads << " threads";
+    }
+}
+
+TEST(Encode, DetailsInModelAxesAreLeftWhereTheRemeshHasThem) {
+    EncodeOptions options;
+    options.threads = 1;
+    options.transform.local_frames = false;
+    const Mesh mesh = torus(61, 37);
+    const Encoded encoded = encode(mesh, options).value();
+    EXPECT_GT(encoded.psnr, 60);
 }
 
 TEST(EncodeParts, EveryTransformRoundTrips) {

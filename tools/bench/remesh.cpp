@@ -85,7 +85,7 @@ class Profile {
 
 /// A model's remesh at one step.
 struct Step {
-    const char* name;
+    const char* name = "";
     std::vector<SemiRegularMesh> parts;  // in coded units
     double seconds = 0, cpu = 0, peak = 0;
     std::string profile;
@@ -192,6 +192,7 @@ class Run {
         run.profile_.enter("recognize");
         run.remeshed_ = remesh(*run.mesh_, run.options_);
         run.profile_.enter("");
+        run.first_ = run.step("remesh", {});
         run.options_.progress = {};
         auto input = EncoderInput::make(*run.mesh_, run.options_.threads);
         if (!input.ok()) return input.error();
@@ -201,7 +202,11 @@ class Run {
         return run;
     }
 
-    [[nodiscard]] Step first() const { return step("remesh", remeshed_.parts); }
+    [[nodiscard]] Step first() const {
+        Step step = first_;
+        step.parts = remeshed_.parts;
+        return step;
+    }
     Step second() {
         std::vector<SemiRegularMesh> parts = remeshed_.parts;
         for (std::uint32_t p = 0; p < parts.size(); ++p) {
@@ -226,6 +231,7 @@ class Run {
     std::unique_ptr<Mesh> mesh_;
     RemeshOptions options_;
     Profile profile_;
+    Step first_;  // without its parts
     Clock::time_point begin_;
     double cpu_begin_ = 0;
     RemeshResult remeshed_;

@@ -120,6 +120,27 @@ TEST(SurfaceError, VertexErrorsAreDistancesOverTheDiagonal) {
     EXPECT_NEAR(e[2], 1 / std::sqrt(2.0), 1e-12);
 }
 
+TEST(SurfaceError, TakesEveryVertexOrSomeOfThem) {
+    Mesh spike = unit_square();  // its points lie on the square but for the last vertex
+    spike.positions.push_back({0.5, 0.5, 0.5});
+    spike.faces.push_back({0, 1, 4});
+    SurfaceErrorOptions options{.samples = 0, .threads = 1};
+    EXPECT_GT(surface_error(unit_square(), spike, options).max, 0.3);
+    options.vertex_stride = 5;  // the first alone
+    EXPECT_EQ(surface_error(unit_square(), spike, options).max, 0);
+}
+
+TEST(ReferenceSurface, MeasuresManySurfacesAsSurfaceErrorDoes) {
+    const ReferenceSurface reference(icosphere(3), 1);
+    for (const double size : {1.01, 1.1}) {
+        const Mesh other = scaled(icosphere(3), size);
+        EXPECT_EQ(reference.error_of(other, kQuick).rms, surface_error(icosphere(3), other, kQuick).rms);
+    }
+    const SurfacePoint hit = reference.closest({0, 0, 3});
+    EXPECT_NEAR(hit.distance, 2, 0.02);
+    EXPECT_NEAR(length(hit.point), 1, 0.02);
+}
+
 TEST(Measurable, NeedsAreaAndAFiniteBox) {
     EXPECT_TRUE(measurable(unit_square()));
     EXPECT_TRUE(measurable(scaled(unit_square(), 1e30)));

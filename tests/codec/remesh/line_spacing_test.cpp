@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "codec/remesh/resample.h"
@@ -87,7 +89,10 @@ TEST(LineSpacing, LeavesEvenStepsWhereTheyCutNothing) {
     std::vector<FacePoint> points = grid_points(strip.part.base, strip.part.levels, strip.face_ids);
     const std::vector<FacePoint> before = points;
     space_lines(strip.mesh, *strip.parameterization, strip.part, strip.face_ids, 1, points);
-    for (std::size_t v = 0; v < points.size(); ++v) EXPECT_EQ(points[v].weight, before[v].weight) << v;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        EXPECT_EQ(points[v].face, before[v].face) << v;
+        EXPECT_EQ(points[v].weight, before[v].weight) << v;
+    }
 }
 
 }  // namespace
