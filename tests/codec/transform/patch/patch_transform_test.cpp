@@ -66,6 +66,15 @@ TEST_P(PatchTransformOf, AgreesWithTheReference) {
     }
 }
 
+/// Bases of over 64 faces take groups of sixteen where the machine has vectors so wide.
+TEST(PatchTransform, WideGroupsAgreeWithTheReference) {
+    const test::NamedBase b{"holed torus", test::grid(6, 6, true, {7}), {}};
+    ASSERT_GT(b.base.face_count(), 64u);
+    for (const TransformKind kind : {TransformKind::Interp, TransformKind::SeededNormal, TransformKind::Vector})
+        for (const unsigned levels : {2u, 4u}) expect_agreement(b, levels, {.kind = kind, .local_frames = false});
+    expect_agreement(b, 2, {.kind = TransformKind::SeededNormal});
+}
+
 TEST(PatchTransform, ResultDoesNotDependOnThreads) {
     const test::NamedBase b{"", test::grid(9, 8, true, {6, 13, 40}), {}};
     const std::vector<Vec3f> positions = rounded(wavy_surface(b, 4));
