@@ -114,20 +114,6 @@ bool names_tag(std::string_view field, std::string_view tag) {
     return false;
 }
 
-// Accept-Encoding, RFC 9110 12.5.3, as far as it names the coding itself.
-bool accepts(std::string_view field, std::string_view coding) {
-    while (!field.empty()) {
-        std::string_view one = field.substr(0, field.find(','));
-        field.remove_prefix(std::min(field.size(), one.size() + 1));
-        one.remove_prefix(std::min(one.find_first_not_of(' '), one.size()));
-        const std::string_view name = one.substr(0, one.find_first_of("; "));
-        if (name != coding) continue;
-        const std::size_t weight = one.find("q=");
-        return weight == std::string_view::npos || one.find_first_of("123456789", weight) != std::string_view::npos;
-    }
-    return false;
-}
-
 // A file of the page as it is sent: itself, or the packed copy beside it.
 struct PageFile {
     Descriptor file;
@@ -246,6 +232,19 @@ RangeKind parse_range(std::string_view field, std::uint64_t bytes, ByteRange& ra
     if (*first >= bytes) return RangeKind::Unsatisfiable;
     range = {*first, open_end ? bytes - 1 : std::min(*last, bytes - 1)};
     return RangeKind::Part;
+}
+
+bool accepts(std::string_view field, std::string_view coding) {
+    while (!field.empty()) {
+        std::string_view one = field.substr(0, field.find(','));
+        field.remove_prefix(std::min(field.size(), one.size() + 1));
+        one.remove_prefix(std::min(one.find_first_not_of(' '), one.size()));
+        const std::string_view name = one.substr(0, one.find_first_of("; "));
+        if (name != coding) continue;
+        const std::size_t weight = one.find("q=");
+        return weight == std::string_view::npos || one.find_first_of("123456789", weight) != std::string_view::npos;
+    }
+    return false;
 }
 
 Site::Site(OpenModel open, CheckToken allow, Catalogue& catalogue, const Metrics& metrics, const std::string& page)

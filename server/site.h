@@ -46,6 +46,9 @@ enum class RangeKind { Whole, Part, Unsatisfiable };
 /// RFC 9110 14.2 allows.
 RangeKind parse_range(std::string_view field, std::uint64_t bytes, ByteRange& range);
 
+/// Whether an Accept-Encoding field asks for a coding by its name (RFC 9110 12.5.3), with a weight above 0.
+bool accepts(std::string_view field, std::string_view coding);
+
 /// Everything under the server's HTTP address but WebSocket. Safe to use from several threads.
 class Site {
  public:
