@@ -30,6 +30,10 @@ Vec3 EncoderInput::to_coded_units(const Vec3& p) const {
     return (p - Vec3{header_.center[0], header_.center[1], header_.center[2]}) / header_.diagonal;
 }
 
+Vec3 EncoderInput::to_model_units(const Vec3& p) const {
+    return p * header_.diagonal + Vec3{header_.center[0], header_.center[1], header_.center[2]};
+}
+
 PartSurface& EncoderInput::part(const std::vector<std::uint32_t>& part_of_face, std::uint32_t part) {
     std::vector<std::uint8_t> wanted;
     wanted.reserve(part_of_face.size());

@@ -45,6 +45,7 @@ class EncoderInput {
     [[nodiscard]] const FileHeader& header() const { return header_; }  // centre and diagonal, nothing else
     [[nodiscard]] const ReferenceSurface& reference() const { return reference_; }
     [[nodiscard]] Vec3 to_coded_units(const Vec3& p) const;
+    [[nodiscard]] Vec3 to_model_units(const Vec3& p) const;
     /// The faces f with part_of_face[f] == part. Stays; who asks for the same faces again gets the same.
     PartSurface& part(const std::vector<std::uint32_t>& part_of_face, std::uint32_t part);
 

@@ -40,23 +40,6 @@ double area(const Mesh& mesh) {
     return sum / 2;
 }
 
-Mesh finest_mesh(const std::vector<SemiRegularMesh>& parts) {
-    Mesh out;
-    for (const SemiRegularMesh& part : parts) {
-        const auto first = static_cast<std::uint32_t>(out.positions.size());
-        out.positions.insert(out.positions.end(), part.positions.begin(), part.positions.end());
-        for (const Face& f : triangles_at_level(part.base, part.levels))
-            out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-    }
-    return out;
-}
-
-Mesh in_model_units(Mesh mesh, const FileHeader& header) {
-    const Vec3 center{header.center[0], header.center[1], header.center[2]};
-    for (Vec3& p : mesh.positions) p = p * header.diagonal + center;
-    return mesh;
-}
-
 PartPrecision precision_of(const SemiRegularMesh& part, const EncodeOptions& options, double remesh_error) {
     PartPrecision precision;
     precision.fast = options.profile == Profile::Fast;
@@ -181,12 +164,13 @@ Source adapt(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& op
 
 void describe(Source& source, CodedModel& model) {
     model.header = source.input.header();
-    const Mesh finest = in_model_units(finest_mesh(source.parts), source.input.header());
+    Mesh finest = finest_mesh(source.parts);
+    for (Vec3& p : finest.positions) p = source.input.to_model_units(p);
     const double remesh_error =
         source.input.reference().error_of(finest, {kSamplesForRemeshing, source.options.threads}).rms;
     double whole = 0;
     for (const SemiRegularMesh& mesh : source.parts) {
-        model.order.area_share.push_back(area(finest_mesh({mesh})));
+        model.order.area_share.push_back(area(finest_mesh(std::span(&mesh, 1))));
         whole += model.order.area_share.back();
         source.precision.push_back(precision_of(mesh, source.options, remesh_error));
         model.header.parts.push_back(info_of(mesh, source.precision.back()));

@@ -118,4 +118,15 @@ std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh) {
     return flags;
 }
 
+Mesh finest_mesh(std::span<const SemiRegularMesh> parts) {
+    Mesh out;
+    for (const SemiRegularMesh& part : parts) {
+        const auto first = static_cast<std::uint32_t>(out.positions.size());
+        out.positions.insert(out.positions.end(), part.positions.begin(), part.positions.end());
+        for (const Face& f : triangles_at_level(part.base, part.levels))
+            out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+    }
+    return out;
+}
+
 }  // namespace mvw

@@ -111,4 +111,7 @@ struct SemiRegularMesh {
 /// Flags of the V(L) vertices on boundaries, on creases and between faces of different materials.
 std::vector<std::uint8_t> line_vertices(const SemiRegularMesh& mesh);
 
+/// Positions and triangles of the finest levels of all parts, one after the other.
+Mesh finest_mesh(std::span<const SemiRegularMesh> parts);
+
 }  // namespace mvw

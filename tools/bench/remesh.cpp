@@ -91,15 +91,9 @@ struct Step {
     std::string profile;
 };
 
-Mesh finest_mesh(const std::vector<SemiRegularMesh>& parts, const FileHeader& header) {
-    const Vec3 center{header.center[0], header.center[1], header.center[2]};
-    Mesh out;
-    for (const SemiRegularMesh& part : parts) {
-        const auto first = static_cast<std::uint32_t>(out.positions.size());
-        for (const Vec3& p : part.positions) out.positions.push_back(p * header.diagonal + center);
-        for (const Face& f : triangles_at_level(part.base, part.levels))
-            out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-    }
+Mesh in_model_units(const Step& step, const EncoderInput& input) {
+    Mesh out = finest_mesh(step.parts);
+    for (Vec3& p : out.positions) p = input.to_model_units(p);
     return out;
 }
 
@@ -142,17 +136,16 @@ std::string median_of(std::vector<double> values) {
 }
 
 /// The input, the remesh with its base's edges, and the remesh coloured by its distance from the input.
-Result<void> draw(const Mesh& input, const Step& step, const Mesh& remeshed, const FileHeader& header,
+Result<void> draw(const Mesh& input, const Step& step, const Mesh& remeshed, const EncoderInput& coded,
                   const std::string& path) {
     PictureOptions options;
     options.width = kWidth;
     options.height = kHeight;
     options.camera = fit_camera(input, options.yaw, options.pitch, double{kWidth} / kHeight);
     PictureOptions with_lines = options;
-    const Vec3 center{header.center[0], header.center[1], header.center[2]};
     for (const SemiRegularMesh& part : step.parts) {
         std::vector<Vec3> positions;
-        for (const Vec3& p : part.positions) positions.push_back(p * header.diagonal + center);
+        for (const Vec3& p : part.positions) positions.push_back(coded.to_model_units(p));
         for (auto& line : base_edge_lines(part.base, part.levels, positions))
             with_lines.lines.push_back(std::move(line));
     }
@@ -282,12 +275,12 @@ Result<void> add_rows(const ModelFile& model, const RemeshBenchOptions& options,
     if (!run.ok()) return run.error();
     const Step steps[] = {run->first(), run->second()};  // before anything is measured: they state times
     for (const Step& step : steps) {
-        const Mesh remeshed = finest_mesh(step.parts, run->input().header());
+        const Mesh remeshed = in_model_units(step, run->input());
         table.rows.push_back(row_of(model.name, *run, step, remeshed));
         if (options.say) options.say(fmt::format("{}", fmt::join(table.rows.back(), "  ")));
         if (&step != std::end(steps) - 1 || !options.pictures) continue;
         const std::string path = options.out + "/" + model.name + ".png";
-        if (auto r = draw(run->mesh(), step, remeshed, run->input().header(), path); !r.ok()) return r;
+        if (auto r = draw(run->mesh(), step, remeshed, run->input(), path); !r.ok()) return r;
     }
     return {};
 }
