@@ -16,7 +16,7 @@ constexpr std::size_t kMostToTry = 150'000;  // vertices of a model for which se
 constexpr double kBaseFactor = 1.6;          // from one base to the next
 constexpr double kLeastGain = 0.1;           // dB; less is chance
 constexpr double kMostLoss = 1.3;            // of the remeshing error, against that of the first base, ...
-constexpr double kSmallError = 3e-5;         // ... or what is small of the diagonal
+constexpr double kSmallError = 6e-5;         // ... or what is small of the diagonal
 
 EncodeOptions with_threads(EncodeOptions options, unsigned threads) {
     options.threads = threads;
