@@ -9,7 +9,6 @@
 namespace mvw::protocol {
 namespace {
 
-
 struct Walk {
     std::vector<std::uint32_t> order;
     EndReason reason;
