@@ -85,6 +85,7 @@ unsigned layers_of(const std::vector<CodedPart>& parts) {
 
 std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan) {
     std::vector<ChunkToWrite> out;
+    out.reserve(plan.size());
     for (const PlannedChunk& c : plan) out.push_back({c.id, c.payload, static_cast<float>(c.error)});
     return out;
 }
