@@ -121,6 +121,7 @@ void DiscreteLifting::weights(std::uint32_t edge, const std::vector<std::uint32_
     std::vector<double> A(n * n), w(n);
     if (curve) {
         std::vector<Column> columns;
+        columns.reserve(n);
         for (const std::uint32_t v : lift_template) columns.push_back(column_of_vertex(v, true));
         for (std::size_t i = 0; i < n; ++i) {
             for (std::size_t k = 0; k <= i; ++k) A[n * i + k] = A[n * k + i] = product(columns[i], columns[k]);

@@ -30,7 +30,7 @@ struct Layout {
     Layout(unsigned level, unsigned lane_count);
     /// Offset of vertex (i, k). Row starts may be asked for beyond the triangle (-1 <= i <= n + 1); what lies there is
     /// some other vertex.
-    [[nodiscard]] std::ptrdiff_t row(int i) const { return row_starts_[static_cast<std::size_t>(i + 1)]; }
+    [[nodiscard]] std::ptrdiff_t row(int i) const { return row_starts_[static_cast<std::uint32_t>(i + 1)]; }
     [[nodiscard]] std::uint32_t at(int i, int k) const {
         return static_cast<std::uint32_t>(row(i) + k * static_cast<int>(stride()));
     }

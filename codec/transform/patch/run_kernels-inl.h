@@ -7,6 +7,8 @@
 #define MVW_RUN_KERNELS_INL_H
 #endif
 
+#include <algorithm>
+
 #include "codec/transform/patch/kernels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -59,7 +61,7 @@ HWY_INLINE void foresee_runs(const float* const* runs, std::size_t length, std::
 template <int W>
 void load_runs(const std::vector<std::uint32_t>& run_places, const float* const* runs, unsigned used, bool follow,
                float* to) {
-    constexpr int B = W < 8 ? W : 8;
+    constexpr int B = std::min(W, 8);
     constexpr std::size_t N = kLanes<B>;
     const std::size_t length = run_places.size();
     const std::uint32_t* places = run_places.data();
@@ -81,7 +83,7 @@ void load_runs(const std::vector<std::uint32_t>& run_places, const float* const*
 template <int W>
 void store_runs(const std::vector<std::uint32_t>& run_places, float* const* runs, unsigned used, bool follow,
                 const float* from) {
-    constexpr int B = W < 8 ? W : 8;
+    constexpr int B = std::min(W, 8);
     constexpr std::size_t N = kLanes<B>;
     const std::size_t length = run_places.size();
     const std::uint32_t* places = run_places.data();
