@@ -98,8 +98,7 @@ struct TermsOfTriangles {
 };
 
 /// (B^T M B + damping) x = B^T M (samples - surface) over the vertices that move, B being each used term's point, M
-/// what distances count along the sample's normal and across; row by
-/// row, so that rows can be computed side by side.
+/// what distances count along the sample's normal and across. Row by row, so that rows can be computed side by side.
 class NormalEquations {
  public:
     NormalEquations(const std::vector<Sample>& samples, const std::vector<Term>& terms,

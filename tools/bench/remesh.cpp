@@ -175,6 +175,8 @@ class Run {
         Run run;
         run.mesh_ = std::make_unique<Mesh>(clean(std::move(*read), report));
         if (!measurable(*run.mesh_)) return Error{Errc::InvalidArgument, 0, file + ": no face of positive area"};
+        run.input_folds_ = count_folds(*run.mesh_);
+        run.topology_ = topology_of(*run.mesh_);
         forget_peak();
         run.options_.base_faces = options.base_faces;
         run.options_.levels = options.levels;
@@ -212,6 +214,8 @@ class Run {
     }
     [[nodiscard]] const Mesh& mesh() const { return *mesh_; }
     [[nodiscard]] const EncoderInput& input() const { return *input_; }
+    [[nodiscard]] std::uint64_t input_folds() const { return input_folds_; }
+    [[nodiscard]] const Topology& topology() const { return topology_; }
     [[nodiscard]] double alone_share() const { return remeshed_.alone_area_share; }
 
  private:
@@ -222,6 +226,8 @@ class Run {
     }
 
     std::unique_ptr<Mesh> mesh_;
+    std::uint64_t input_folds_ = 0;
+    Topology topology_;  // of the input
     RemeshOptions options_;
     Profile profile_;
     Step first_;  // without its parts
@@ -253,12 +259,12 @@ std::vector<std::string> row_of(const std::string& name, const Run& run, const S
             fmt::format("{:.2f}", error.psnr),
             fmt::format("{:.2e}", error.max),
             std::to_string(count_folds(remeshed)),
-            std::to_string(count_folds(input)),
+            std::to_string(run.input_folds()),
             std::to_string(count_without_area(remeshed)),
             by_level,
             median_of(shares),
             median_of(tangential_shares(step.parts, TransformKind::SeededNormalLazy)),
-            topology_of(remeshed) == topology_of(input) ? "kept" : "changed",
+            topology_of(remeshed) == run.topology() ? "kept" : "changed",
             fmt::format("{:.4f}", run.alone_share()),
             fmt::format("{:.1f}", step.seconds),
             fmt::format("{:.1f}", step.cpu),
