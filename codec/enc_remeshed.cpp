@@ -40,19 +40,21 @@ double area(const Mesh& mesh) {
     return sum / 2;
 }
 
-PartPrecision precision_of(const SemiRegularMesh& part, const EncodeOptions& options, double remesh_error) {
+PartPrecision precision_of(const SemiRegularMesh& part, PartOrigin origin, const EncodeOptions& options,
+                           double remesh_error) {
     PartPrecision precision;
     precision.fast = options.profile == Profile::Fast;
     precision.lossless = options.lossless;
     // What remeshing leaves of the wanted error, else a share of what it left.
     const double t = options.target_error, r = remesh_error;
     precision.error = std::max(t > r * 1.1 ? 0.9 * std::sqrt(t * t - r * r) : r * kRoundingShare, kFinestRounding);
-    if (part.levels == 0) {
+    if (origin == PartOrigin::Alone || origin == PartOrigin::Facets) {
         // A step s of the grid leaves s / sqrt(12) along the normal. Finer than 14 bits only where it was asked for.
-        const double error = t > 0 ? precision.error : std::max(precision.error, kFinestAlone);
-        precision.base_bits = static_cast<unsigned>(std::clamp(std::ceil(-std::log2(error * 3.4)), 10.0, 20.0));
-        return precision;
+        if (t <= 0) precision.error = std::max(precision.error, kFinestAlone);
+        precision.base_bits =
+            static_cast<unsigned>(std::clamp(std::ceil(-std::log2(precision.error * 3.4)), 10.0, 20.0));
     }
+    if (origin == PartOrigin::Alone) return precision;
     const double wanted_tiles =
         options.tile_count > 0
             ? options.tile_count
@@ -108,9 +110,10 @@ struct Source {
     EncoderInput& input;
     EncodeOptions options;
     std::vector<SemiRegularMesh> parts;                    // in coded units
+    std::vector<PartOrigin> origins;                       // of each part
     std::vector<std::unique_ptr<Adaptation>> adaptations;  // none of parts that are coded as they are
     std::vector<PartPrecision> precision;
-    double alone_area_share = 0;
+    double alone_area_share = 0, facets_area_share = 0;
 };
 
 /// Bits of a grid whose cells are a small part of a base edge.
@@ -147,14 +150,15 @@ void code_parts(const Source& source, const Way& way, unsigned threads, CodedMod
 
 /// Moves what the remesher made to where it costs less.
 Source adapt(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options) {
-    Source source{input, options, std::move(remeshed.parts), {}, {}, remeshed.alone_area_share};
+    Source source{input, options, std::move(remeshed.parts), std::move(remeshed.origins),
+                  {},    {},      remeshed.alone_area_share, remeshed.facets_area_share};
     source.adaptations.resize(source.parts.size());
     for (std::uint32_t p = 0; p < source.parts.size(); ++p) {
         SemiRegularMesh& mesh = source.parts[p];
         for (Vec3& x : mesh.positions) x = input.to_coded_units(x);
         if (options.progress) options.progress("slide", double(p) / double(source.parts.size()));
         if (options.lossless > 0 || !options.transform.local_frames) continue;  // adapting asks for normals
-        if (mesh.levels == 0 || remeshed.own_vertices[p] != 0) continue;
+        if (source.origins[p] != PartOrigin::Remeshed) continue;
         source.adaptations[p] = std::make_unique<Adaptation>(
             input.part(remeshed.part_of_face, p), as_stored(options.transform), options.threads, std::move(mesh));
         source.adaptations[p]->slide(options.threads);
@@ -170,10 +174,11 @@ void describe(Source& source, CodedModel& model) {
     const double remesh_error =
         source.input.reference().error_of(finest, {kSamplesForRemeshing, source.options.threads}).rms;
     double whole = 0;
-    for (const SemiRegularMesh& mesh : source.parts) {
+    for (std::size_t p = 0; p < source.parts.size(); ++p) {
+        const SemiRegularMesh& mesh = source.parts[p];
         model.order.area_share.push_back(area(finest_mesh(std::span(&mesh, 1))));
         whole += model.order.area_share.back();
-        source.precision.push_back(precision_of(mesh, source.options, remesh_error));
+        source.precision.push_back(precision_of(mesh, source.origins[p], source.options, remesh_error));
         model.header.parts.push_back(info_of(mesh, source.precision.back()));
     }
     for (double& share : model.order.area_share) share = whole > 0 ? share / whole : 1;
@@ -347,6 +352,7 @@ Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
     if (!file.ok()) return file.error();
     out.file = std::move(*file);
     out.draco_area_share = s.source.alone_area_share;
+    out.facets_area_share = s.source.facets_area_share;
     out.rms = error.rms;
     out.max = error.max;
     out.psnr = error.psnr;

@@ -37,7 +37,7 @@ RemeshOptions remeshing_of(const EncodeOptions& options, unsigned base_faces) {
 /// vertices; else 0.
 unsigned base_to_vary(const Mesh& mesh, const RemeshResult& remeshed, const EncodeOptions& options) {
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
-    const bool plain = remeshed.parts.size() == 1 && remeshed.parts[0].levels > 0 && remeshed.own_vertices[0] == 0;
+    const bool plain = remeshed.parts.size() == 1 && remeshed.origins[0] == PartOrigin::Remeshed;
     return !chosen && plain && mesh.positions.size() <= kMostToTry ? remeshed.parts[0].base.face_count() : 0;
 }
 
@@ -45,9 +45,9 @@ unsigned base_to_vary(const Mesh& mesh, const RemeshResult& remeshed, const Enco
 Result<RemeshResult> own_parts(const Mesh& mesh, const EncodeOptions& options) {
     RemeshResult remeshed = remesh(mesh, remeshing_of(options, 0));
     bool any = false, all = true;
-    for (std::size_t p = 0; p < remeshed.parts.size(); ++p) {
-        any = any || remeshed.own_vertices[p] != 0;
-        all = all && (remeshed.own_vertices[p] != 0 || remeshed.parts[p].levels == 0);
+    for (const PartOrigin origin : remeshed.origins) {
+        any = any || origin == PartOrigin::Recognized;
+        all = all && origin != PartOrigin::Remeshed;
     }
     if (any && all) return remeshed;
     return Error{Errc::InvalidArgument, 0,

@@ -38,7 +38,7 @@ struct Encoded {
     std::uint64_t input_vertices = 0, input_faces = 0;  // after cleaning
     std::uint32_t parts = 0, base_faces = 0, levels = 0;
     std::uint64_t vertices = 0, base_bytes = 0, color_bytes = 0, original_bytes = 0;
-    double draco_area_share = 0;
+    double draco_area_share = 0, facets_area_share = 0;  // of the surface, in parts of these origins (remesh.h)
     double rms = 0, max = 0, psnr = 0;  // of the whole file's decode against the input (surface_error.h)
     double tangential_share = 0;        // of the details' energy from level 2 up
     TransformKind transform = TransformKind::SeededNormal;

@@ -12,6 +12,7 @@
 #include "codec/measure/surface_error.h"
 #include "codec/mesh/clean.h"
 #include "codec/mesh/half_edges.h"
+#include "codec/remesh/facets.h"
 #include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/line_spacing.h"
@@ -35,11 +36,13 @@ constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a de
 constexpr std::size_t kFeatureReduction = 3;  // ... and one more for so many edges of features, which it has to follow
 constexpr unsigned kMaxLevels = 8;
 constexpr std::uint32_t kMinComponentFaces = 60;  // a smaller component costs less as it is
+constexpr double kVerticesOfFacets = 6;           // of a remesh that costs as much as one of a few facets
 constexpr double kMinReduction = 2;               // input faces for each base face below which wavelets are pointless
 constexpr double kTargetError = 1e-4;             // of the diagonal: a finer level where it is missed ...
 constexpr double kMaxOversampling = 8;            // ... but no more vertices than this for each of the input
 constexpr double kFineError = 2.5e-5;             // of the diagonal: a finer level where it is missed ...
-constexpr double kFewVertices = 65'536;           // ... and costs so little; smooth shapes then need fewer details
+constexpr double kFewVertices = 65'536;           // ... and costs so little; smooth shapes then need fewer details, ...
+constexpr double kMaxFineOversampling = 24;       // ... but a few faces are told with fewer vertices than that
 constexpr double kMaxError = 4e-4;                // of the diagonal: a remesh that misses it by more is given up; ...
 constexpr double kMaxSmallError = 2e-4;           // ... of a part that Draco codes in a few kilobytes, sooner
 constexpr double kMaxSmallDeviation = 1e-2;       // of the diagonal, at the worst place of such a part
@@ -162,7 +165,7 @@ struct Decimation {
     std::vector<std::uint8_t> sharp;  // half-edges that base edges had to follow; empty: none
     std::unique_ptr<SelfParameterization> parameterization;
     std::vector<unsigned> levels;  // of each component, 0: coded as it is
-    double alone_area_share = 0;
+    double alone_area_share = 0;   // of components that are too large to be their own base
 };
 
 Decimation decimate(const Mesh& mesh, std::vector<std::uint8_t> sharp, const std::vector<Component>& parts,
@@ -178,7 +181,10 @@ Decimation decimate(const Mesh& mesh, std::vector<std::uint8_t> sharp, const std
     out.sharp = std::move(sharp);
     out.parameterization = std::make_unique<SelfParameterization>(mesh, out.sharp, how);
     out.levels = choose_levels(out.parameterization->base(), parts, component_of_face, options);
-    out.alone_area_share = area_share(mesh, [&](std::uint32_t f) { return out.levels[component_of_face[f]] == 0; });
+    out.alone_area_share = area_share(mesh, [&](std::uint32_t f) {
+        const std::uint32_t c = component_of_face[f];
+        return out.levels[c] == 0 && parts[c].faces > kMostFacets;
+    });
     return out;
 }
 
@@ -209,12 +215,16 @@ class Sampler {
             const auto finer = static_cast<double>(vertices_at_level(part.base, part.levels + 1));
             const bool needed =
                 error.rms > target && finer <= kMaxOversampling * static_cast<double>(input.positions.size());
-            const bool cheap = options_.target_error <= 0 && error.rms > kFineError && finer <= kFewVertices;
+            const bool cheap =
+                options_.target_error <= 0 && error.rms > kFineError &&
+                finer <= std::min(kFewVertices, kMaxFineOversampling * static_cast<double>(input.positions.size()));
             if (!needed && !cheap) break;
             ++part.levels;
             error = sample(input, face_ids, part);
         }
-        if (options_.levels < 0 && options_.base_faces == 0 && is_given_up(input, error)) return std::nullopt;
+        if (options_.levels < 0 && options_.base_faces == 0 &&
+            (is_given_up(input, error) || is_dearer_than_its_faces(input, part)))
+            return std::nullopt;
         return part;
     }
 
@@ -229,6 +239,12 @@ class Sampler {
     [[nodiscard]] static bool is_given_up(const Mesh& input, const Distance& error) {
         if (input.faces.size() >= kSmallPartFaces) return error.rms > kMaxError;
         return error.rms > kMaxSmallError || error.max > kMaxSmallDeviation;
+    }
+
+    /// Whether a few faces cost less than what would stand for them.
+    [[nodiscard]] static bool is_dearer_than_its_faces(const Mesh& input, const SemiRegularMesh& part) {
+        return input.faces.size() <= kMostFacets && static_cast<double>(part.positions.size()) >
+                                                        kVerticesOfFacets * static_cast<double>(input.positions.size());
     }
 
     /// Fills in positions and colours of a part whose base and levels stand. Returns how far the two surfaces are
@@ -278,7 +294,7 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
         result.parts.push_back(as_it_is(input));
         result.part_of_face.assign(input.faces.size(), 0);
         result.alone_area_share = 1;
-        result.own_vertices.assign(1, 0);
+        result.origins.assign(1, PartOrigin::Alone);
         return result;
     }
     // In a box of unit diagonal around the origin, so that no model is too small, too large or too far away.
@@ -302,28 +318,39 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
 
     const Sampler sampler(mesh, decimation, threads, options);
     std::vector<unsigned>& levels = decimation.levels;
+    std::vector<std::uint32_t> part_of_component(parts.size(), kNone);
+    std::vector<std::uint32_t> component;  // of each face of the input
+    for (const std::uint32_t first : split.first_face) component.push_back(component_of_face[first]);
+    const auto add = [&](SemiRegularMesh part, PartOrigin origin, const auto& wanted) {
+        for (std::uint32_t c = 0; c < parts.size(); ++c)
+            if (wanted(c)) part_of_component[c] = static_cast<std::uint32_t>(result.parts.size());
+        result.parts.push_back(std::move(part));
+        result.origins.push_back(origin);
+    };
     const std::set<unsigned, std::greater<>> used(levels.begin(), levels.end());
-    std::vector<std::uint32_t> part_of_level(used.empty() ? 1 : *used.begin() + 1, 0);
     for (const unsigned level : used) {
         if (level == 0) break;
-        const auto wanted = [&](std::uint32_t f) { return levels[component_of_face[f]] == level; };
-        auto part = sampler.make_part(level, wanted);
-        if (!part) {
-            std::replace(levels.begin(), levels.end(), level, 0u);
-            continue;
-        }
+        const auto wanted = [&](std::uint32_t c) { return levels[c] == level; };
+        auto part = sampler.make_part(level, [&](std::uint32_t f) { return wanted(component_of_face[f]); });
+        if (!part) continue;
         for (Vec3& p : part->positions) p = p * diagonal + center;
-        part_of_level[level] = static_cast<std::uint32_t>(result.parts.size());
-        result.parts.push_back(std::move(*part));
+        add(std::move(*part), PartOrigin::Remeshed, wanted);
     }
-    const auto alone = [&](std::uint32_t f) { return levels[component_of_face[split.first_face[f]]] == 0; };
-    part_of_level[0] = static_cast<std::uint32_t>(result.parts.size());
-    if (std::find(levels.begin(), levels.end(), 0u) != levels.end())
-        result.parts.push_back(as_it_is(extract_faces(input, alone)));
-    for (const std::uint32_t first : split.first_face)
-        result.part_of_face.push_back(part_of_level[levels[component_of_face[first]]]);
-    result.alone_area_share = area_share(unit, alone);
-    result.own_vertices.assign(result.parts.size(), 0);
+    const auto keep_faces = [&](PartOrigin origin, const auto& wanted) {
+        const Mesh kept = extract_faces(input, [&](std::uint32_t f) { return wanted(component[f]); });
+        if (kept.faces.empty()) return 0.0;
+        add(origin == PartOrigin::Facets ? facets_of(kept) : as_it_is(kept), origin, wanted);
+        return area_share(unit, [&](std::uint32_t f) { return wanted(component[f]); });
+    };
+    const std::vector<std::uint32_t> remeshed = part_of_component;
+    std::vector<std::uint8_t> facets(parts.size(), 0);
+    if (options.levels < 0 && options.base_faces == 0)
+        facets = choose_facets(input, component, parts.size(), [&](std::uint32_t c) { return remeshed[c] == kNone; });
+    result.facets_area_share = keep_faces(PartOrigin::Facets, [&](std::uint32_t c) { return facets[c] != 0; });
+    result.alone_area_share =
+        keep_faces(PartOrigin::Alone, [&](std::uint32_t c) { return remeshed[c] == kNone && facets[c] == 0; });
+    for (std::uint32_t f = 0; f < input.faces.size(); ++f)
+        result.part_of_face.push_back(part_of_component[component[f]]);
     return result;
 }
 
@@ -384,7 +411,9 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     const Mesh irregular = extract_faces(input, is_irregular);
     RemeshResult result;
     if (!irregular.faces.empty()) result = remesh_irregular(irregular, options);
-    result.alone_area_share *= area_share(input, is_irregular);
+    const double irregular_share = area_share(input, is_irregular);
+    result.alone_area_share *= irregular_share;
+    result.facets_area_share *= irregular_share;
 
     const auto others = static_cast<std::uint32_t>(result.parts.size());
     std::vector<std::uint32_t> part_of_face;
@@ -394,7 +423,7 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
                                                : others + recognition.mesh_of_component[component_of_face[f]]);
     result.part_of_face = std::move(part_of_face);
     for (SemiRegularMesh& part : take_over(input, recognition)) result.parts.push_back(std::move(part));
-    result.own_vertices.resize(result.parts.size(), 1);
+    result.origins.resize(result.parts.size(), PartOrigin::Recognized);
     return result;
 }
 

@@ -25,19 +25,26 @@ struct RemeshOptions {
     Progress progress;
 };
 
+/// How a part came about.
+enum class PartOrigin : std::uint8_t {
+    Alone,   // of 0 levels, as the input has it: coded by Draco alone
+    Facets,  // few faces that no smaller base serves: they are the base, every edge a crease, one level of no detail
+    Recognized,  // subdivision connectivity of its own, with its vertices
+    Remeshed,
+};
+
 struct RemeshResult {
-    /// Components that started with one level count share a part. A part of 0 levels is coded by Draco alone.
+    /// Components of one origin that started with one level count share a part.
     std::vector<SemiRegularMesh> parts;
-    std::vector<std::uint32_t> part_of_face;  // F: where each face of the input went
-    std::vector<std::uint8_t>
-        own_vertices;             // of each part: 1 where its vertices are the input's, which was semi-regular
-    double alone_area_share = 0;  // of the surface in parts of 0 levels
+    std::vector<std::uint32_t> part_of_face;             // F: where each face of the input went
+    std::vector<PartOrigin> origins;                     // of each part
+    double alone_area_share = 0, facets_area_share = 0;  // of the surface, in parts of these origins
 };
 
 /// input: manifold and oriented, no degenerate faces (clean.h), any number of components. Never fails: a component that
-/// cannot be remeshed soundly becomes part of the part of 0 levels. Unless levels, base or error are asked for,
-/// components that have subdivision connectivity of two levels or more keep it and their vertices. Genus, components
-/// and boundary loops are kept.
+/// cannot be remeshed soundly keeps its faces, as facets or, where these are many, alone. Unless levels, base or error
+/// are asked for, components that have subdivision connectivity of two levels or more keep it and their vertices.
+/// Genus, components and boundary loops are kept.
 RemeshResult remesh(const Mesh& input, const RemeshOptions& options);
 
 }  // namespace mvw

@@ -11,7 +11,7 @@ Encoded encode_parts(std::vector<SemiRegularMesh> parts, EncodeOptions options) 
     Mesh whole;
     for (const SemiRegularMesh& part : parts) whole = whole.faces.empty() ? plain(part) : join(whole, plain(part));
     RemeshResult remeshed;
-    remeshed.own_vertices.assign(parts.size(), 1);  // coded as they are
+    remeshed.origins.assign(parts.size(), PartOrigin::Recognized);  // coded as they are
     remeshed.parts = std::move(parts);
     Encoded out;
     options.threads = std::max(1u, options.threads);

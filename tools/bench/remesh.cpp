@@ -205,7 +205,7 @@ class Run {
     Step second() {
         std::vector<SemiRegularMesh> parts = remeshed_.parts;
         for (std::uint32_t p = 0; p < parts.size(); ++p) {
-            if (parts[p].levels == 0 || remeshed_.own_vertices[p] != 0) continue;
+            if (remeshed_.origins[p] != PartOrigin::Remeshed) continue;
             Adaptation adaptation(input_->part(remeshed_.part_of_face, p), {}, options_.threads, std::move(parts[p]));
             adaptation.slide(options_.threads);
             parts[p] = adaptation.mesh();

@@ -83,6 +83,7 @@ void print_json(const Encoded& e, double seconds) {
                                       {"input_faces", e.input_faces},
                                       {"parts", e.parts},
                                       {"draco_area_share", e.draco_area_share},
+                                      {"facets_area_share", e.facets_area_share},
                                       {"base_faces", e.base_faces},
                                       {"levels", e.levels},
                                       {"vertices", e.vertices},
@@ -112,6 +113,8 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
     if (e.original_bytes > 0) fmt::print("  {} bytes for the original mesh\n", e.original_bytes);
     if (e.draco_area_share > 0)
         fmt::print("  {:.1f} % of the surface coded by Draco alone\n", 100 * e.draco_area_share);
+    if (e.facets_area_share > 0)
+        fmt::print("  {:.1f} % of the surface has its own faces for a base\n", 100 * e.facets_area_share);
     fmt::print("  {:.1f} seconds, {:.0f} MB\n", seconds, peak_megabytes());
 }
 

@@ -62,13 +62,38 @@ TEST(Remesh, KeepsComponentsApart) {
     expect_sound(join(icosphere(4), two), 65);
 }
 
-TEST(Remesh, CodesWhatIsTooSmallAsItIs) {
-    const Mesh tetrahedron = tetrahedron_mesh();
-    const RemeshResult result = remesh(tetrahedron, {});
-    ASSERT_EQ(result.parts.size(), 1u);
-    EXPECT_EQ(result.parts[0].levels, 0u);
-    EXPECT_EQ(result.parts[0].positions, tetrahedron.positions);
-    EXPECT_EQ(result.alone_area_share, 1);
+TEST(Remesh, WhatIsTooSmallIsItsOwnBase) {
+    const RemeshResult result = remesh(tetrahedron_mesh(), {});
+    ASSERT_EQ(result.origins, std::vector<PartOrigin>{PartOrigin::Facets});
+    EXPECT_EQ(result.parts[0].base.faces(), tetrahedron_mesh().faces);
+    EXPECT_LT(surface_error(tetrahedron_mesh(), joined(result), {}).max, 1e-12);
+    EXPECT_EQ(result.facets_area_share, 1);
+    EXPECT_EQ(result.alone_area_share, 0);
+}
+
+TEST(Remesh, ALooseTriangleStaysAloneBesideOthers) {
+    Mesh triangle;
+    triangle.positions = {{3, 0, 0}, {4, 0, 0}, {3, 1, 0}};
+    triangle.faces = {{0, 1, 2}};
+    const RemeshResult result = remesh(join(join(triangle, icosphere(4)), tetrahedron_mesh()), {});
+    EXPECT_EQ(result.origins, (std::vector<PartOrigin>{PartOrigin::Facets, PartOrigin::Alone, PartOrigin::Recognized}));
+    EXPECT_EQ(result.parts[1].base.face_count(), 1u);
+    EXPECT_EQ(result.part_of_face.front(), 1u);
+    EXPECT_EQ(result.part_of_face.back(), 0u);
+    EXPECT_GT(result.alone_area_share, 0);
+    EXPECT_LT(result.alone_area_share, 0.1);
+}
+
+TEST(Remesh, AFewFacesAreNotToldByManyVertices) {
+    RemeshOptions options;
+    for (const Mesh& mesh : {moebius_mesh(60), grid_mesh(9)}) {
+        CleanReport report;
+        const RemeshResult result = remesh(clean(mesh, report), options);
+        std::size_t vertices = 0;
+        for (const SemiRegularMesh& part : result.parts) vertices += part.positions.size();
+        EXPECT_LE(vertices, 6 * mesh.positions.size());
+        EXPECT_EQ(result.alone_area_share, 0);
+    }
 }
 
 TEST(Remesh, DoesNotDependOnSizeOrPlace) {
