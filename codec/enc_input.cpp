@@ -6,12 +6,16 @@
 
 namespace mvw {
 
-PartSurface::PartSurface(Mesh mesh, unsigned threads) : mesh_(std::move(mesh)), reference_(mesh_, threads) {}
+PartSurface::PartSurface(Mesh mesh, unsigned threads, double feature_angle_deg)
+    : mesh_(std::move(mesh)), reference_(mesh_, threads), feature_angle_deg_(feature_angle_deg) {}
 
 const SurfaceWalk& PartSurface::walk(bool with_features) {
     const std::scoped_lock lock(mutex_);
     std::optional<SurfaceWalk>& walk = with_features ? walk_with_features_ : walk_;
-    if (!walk) walk.emplace(mesh_, with_features ? feature_half_edges(mesh_) : std::vector<std::uint8_t>{});
+    if (walk) return *walk;
+    FeatureOptions features;
+    features.angle_deg = feature_angle_deg_;
+    walk.emplace(mesh_, with_features ? feature_half_edges(mesh_, features) : std::vector<std::uint8_t>{});
     return *walk;
 }
 
@@ -34,19 +38,21 @@ Vec3 EncoderInput::to_model_units(const Vec3& p) const {
     return p * header_.diagonal + Vec3{header_.center[0], header_.center[1], header_.center[2]};
 }
 
-PartSurface& EncoderInput::part(const std::vector<std::uint32_t>& part_of_face, std::uint32_t part) {
+PartSurface& EncoderInput::part(const RemeshResult& remeshed, std::uint32_t part) {
     std::vector<std::uint8_t> wanted;
-    wanted.reserve(part_of_face.size());
-    for (const std::uint32_t p : part_of_face) wanted.push_back(p == part ? 1 : 0);
+    wanted.reserve(remeshed.part_of_face.size());
+    for (const std::uint32_t p : remeshed.part_of_face) wanted.push_back(p == part ? 1 : 0);
     const std::scoped_lock lock(mutex_);
-    const auto known = std::ranges::find(parts_, wanted, &Part::has_face);
+    const double degrees = remeshed.feature_angle_deg;
+    const auto known = std::ranges::find_if(
+        parts_, [&](const Part& p) { return p.feature_angle_deg == degrees && p.has_face == wanted; });
     if (known != parts_.end()) return *known->surface;
     Mesh mesh{{}, {}, mesh_.colors, {}};
     mesh.positions.reserve(mesh_.positions.size());
     for (const Vec3& p : mesh_.positions) mesh.positions.push_back(to_coded_units(p));
     for (std::size_t f = 0; f < mesh_.faces.size(); ++f)
         if (wanted[f] != 0) mesh.faces.push_back(mesh_.faces[f]);
-    parts_.push_back({std::move(wanted), std::make_unique<PartSurface>(std::move(mesh), threads_)});
+    parts_.push_back({std::move(wanted), degrees, std::make_unique<PartSurface>(std::move(mesh), threads_, degrees)});
     return *parts_.back().surface;
 }
 

@@ -8,6 +8,7 @@
 #include "codec/container/enc_file.h"
 #include "codec/measure/surface_error.h"
 #include "codec/mesh/mesh.h"
+#include "codec/remesh/remesh.h"
 #include "codec/remesh/surface_walk.h"
 
 namespace mvw {
@@ -17,7 +18,8 @@ namespace mvw {
 class PartSurface {
  public:
     /// mesh: clean, at least one face of positive area; in coded units.
-    PartSurface(Mesh mesh, unsigned threads);
+    /// feature_angle_deg: of RemeshResult.
+    PartSurface(Mesh mesh, unsigned threads, double feature_angle_deg = kFeatureAngleDeg);
     PartSurface(const PartSurface&) = delete;
     PartSurface& operator=(const PartSurface&) = delete;
 
@@ -30,6 +32,7 @@ class PartSurface {
  private:
     const Mesh mesh_;
     const ReferenceSurface reference_;
+    const double feature_angle_deg_;
     std::mutex mutex_;  // of what follows
     std::optional<SurfaceWalk> walk_, walk_with_features_;
 };
@@ -46,8 +49,8 @@ class EncoderInput {
     [[nodiscard]] const ReferenceSurface& reference() const { return reference_; }
     [[nodiscard]] Vec3 to_coded_units(const Vec3& p) const;
     [[nodiscard]] Vec3 to_model_units(const Vec3& p) const;
-    /// The faces f with part_of_face[f] == part. Stays; who asks for the same faces again gets the same.
-    PartSurface& part(const std::vector<std::uint32_t>& part_of_face, std::uint32_t part);
+    /// The faces of a part of a remesh. Stays; who asks for the same faces again gets the same.
+    PartSurface& part(const RemeshResult& remeshed, std::uint32_t part);
 
  private:
     EncoderInput(const Mesh& mesh, const FileHeader& header, unsigned threads);
@@ -58,6 +61,7 @@ class EncoderInput {
     const ReferenceSurface reference_;
     struct Part {
         std::vector<std::uint8_t> has_face;  // F
+        double feature_angle_deg;
         std::unique_ptr<PartSurface> surface;
     };
     std::mutex mutex_;  // of what follows

@@ -159,8 +159,8 @@ Source adapt(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& op
         if (options.progress) options.progress("slide", double(p) / double(source.parts.size()));
         if (options.lossless > 0 || !options.transform.local_frames) continue;  // adapting asks for normals
         if (source.origins[p] != PartOrigin::Remeshed) continue;
-        source.adaptations[p] = std::make_unique<Adaptation>(
-            input.part(remeshed.part_of_face, p), as_stored(options.transform), options.threads, std::move(mesh));
+        source.adaptations[p] = std::make_unique<Adaptation>(input.part(remeshed, p), as_stored(options.transform),
+                                                             options.threads, std::move(mesh));
         source.adaptations[p]->slide(options.threads);
         mesh = source.adaptations[p]->mesh();
     }

@@ -7,10 +7,12 @@
 
 namespace mvw {
 
+inline constexpr double kFeatureAngleDeg = 40;
+
 struct FeatureOptions {
-    double angle_deg = 40;     // between the normals of an edge's faces
-    double min_length = 0.02;  // of the diagonal: a shorter curve that ends freely is taken for noise
-    double min_group = 0.1;    // of the diagonal: length of all curves that hang together
+    double angle_deg = kFeatureAngleDeg;  // between the normals of an edge's faces
+    double min_length = 0.02;             // of the diagonal: a shorter curve that ends freely is taken for noise
+    double min_group = 0.1;               // of the diagonal: length of all curves that hang together
 };
 
 /// One flag for each half-edge (3 * face + side): 1 on both halves of an edge that lies on a feature curve. Boundary

@@ -13,6 +13,7 @@
 #include "codec/mesh/clean.h"
 #include "codec/mesh/half_edges.h"
 #include "codec/remesh/facets.h"
+#include "codec/remesh/feature_choice.h"
 #include "codec/remesh/features.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/line_spacing.h"
@@ -307,7 +308,11 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
     std::vector<std::uint32_t> component_of_face;
     const std::vector<Component> parts = components(mesh, component_of_face);
 
-    const std::vector<std::uint8_t> sharp = feature_half_edges(mesh);
+    const ChosenFeatures features = choose_features(mesh, [&](const std::vector<std::uint8_t>& sharp) {
+        return decimate(mesh, sharp, parts, component_of_face, {}).parameterization->base().live_faces();
+    });
+    const std::vector<std::uint8_t>& sharp = features.sharp;
+    result.feature_angle_deg = features.angle_deg;
     Decimation decimation = decimate(mesh, sharp, parts, component_of_face, options);
     const bool has_features = std::find(sharp.begin(), sharp.end(), 1) != sharp.end();
     if (has_features && options.base_faces == 0 && decimation.alone_area_share > kMaxAloneShare) {

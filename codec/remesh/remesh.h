@@ -11,6 +11,7 @@
 
 #include "codec/mesh/mesh.h"
 #include "codec/mesh/semi_regular.h"
+#include "codec/remesh/features.h"
 
 namespace mvw {
 
@@ -39,6 +40,7 @@ struct RemeshResult {
     std::vector<std::uint32_t> part_of_face;             // F: where each face of the input went
     std::vector<PartOrigin> origins;                     // of each part
     double alone_area_share = 0, facets_area_share = 0;  // of the surface, in parts of these origins
+    double feature_angle_deg = kFeatureAngleDeg;         // from which on edges were features
 };
 
 /// input: manifold and oriented, no degenerate faces (clean.h), any number of components. Never fails: a component that

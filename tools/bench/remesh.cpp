@@ -206,7 +206,7 @@ class Run {
         std::vector<SemiRegularMesh> parts = remeshed_.parts;
         for (std::uint32_t p = 0; p < parts.size(); ++p) {
             if (remeshed_.origins[p] != PartOrigin::Remeshed) continue;
-            Adaptation adaptation(input_->part(remeshed_.part_of_face, p), {}, options_.threads, std::move(parts[p]));
+            Adaptation adaptation(input_->part(remeshed_, p), {}, options_.threads, std::move(parts[p]));
             adaptation.slide(options_.threads);
             parts[p] = adaptation.mesh();
         }
