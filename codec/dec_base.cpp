@@ -96,12 +96,6 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
     p.fast = (flags & kBaseFast) != 0;
     p.lossless = (flags & kBaseLossless) != 0;
     if (p.lossless && p.base_bits > kMaxLosslessBits) return malformed("the base's precision is out of range");
-    if (flags & kBaseColors) {
-        p.color_components = in.u8();
-        if (in.ok() && p.color_components != 3 && p.color_components != 4)
-            return malformed("the colours' components are out of range");
-        for (unsigned level = 0; level <= info.levels; ++level) p.color_steps.push_back(in.u8());
-    }
     if (!in.ok()) return malformed("the base is cut");
     return p;
 }

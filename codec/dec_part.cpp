@@ -5,7 +5,6 @@
 #include <atomic>
 #include <string>
 
-#include "codec/color.h"
 #include "codec/tiles.h"
 
 namespace mvw {
@@ -14,6 +13,8 @@ namespace {
 
 /// What a vertex costs while its part is decoded: planes, neighbours, coefficients, grids, the mesh handed out.
 constexpr std::uint64_t kBytesPerVertex = 192;
+/// What an attribute adds to that.
+constexpr std::uint64_t kBytesPerAttribute = 96;
 /// What a block costs besides: its adaptive state.
 constexpr std::uint64_t kBytesPerBlock = 8192;
 
@@ -26,6 +27,12 @@ Error malformed(const char* what) {
 
 std::uint64_t most_vertices(const Limits& limits) {
     return std::min({limits.max_vertices, limits.max_memory_bytes / kBytesPerVertex, std::uint64_t{kNone}});
+}
+
+/// Chunks that hold coefficients, which a part's Base may or may not announce.
+bool is_coefficients(Channel channel) {
+    return channel == Channel::Geometry || channel == Channel::Color ||
+           (channel >= Channel::FirstField && channel <= Channel::LastField);
 }
 
 unsigned finest_within(const PartInfo& info, std::uint64_t most) {
@@ -48,8 +55,10 @@ PartDecoder::PartDecoder(const PartInfo& info, std::uint8_t transform, std::uint
 
 Result<void> PartDecoder::take(const ChunkId& id, ByteSpan payload, bool whole) {
     if (id.channel == Channel::Base) return whole && !base_ ? take_base(payload) : Result<void>{};
-    const bool known = (id.channel == Channel::Geometry && info_.levels > 0) || id.channel == Channel::Color;
-    if (!known || id.level > finest_) return {};
+    if (id.channel == Channel::Attributes)
+        return whole && attributes_.empty() ? take_attributes(payload) : Result<void>{};
+    if (!is_coefficients(id.channel) || id.level > finest_) return {};
+    if (id.channel == Channel::Geometry && info_.levels == 0) return {};
     const ChunkId here{static_cast<std::uint16_t>(id.channel), id.tile, id.level, id.layer, id.channel};
     const Result<Taken> taken = take_planes(here, payload, whole);
     if (!taken.ok()) return taken.error();
@@ -68,18 +77,35 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     error_code_ = base_->params.error_code;
     whole_ = Tiling(base_->mesh, std::vector<std::uint16_t>(base_->mesh.face_count(), 0), 1);
     tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
-    blocks_.resize(std::size_t{info_.tiles} * (finest_ + 1u));
-    if (base_->params.color_components > 0) color_blocks_.resize(blocks_.size());
+    blocks_.resize((1 + attributes_.size()) * info_.tiles * (finest_ + 1u));
     units_ = PartUnits(base_->mesh, base_->creases, base_->materials, base_->grid, base_->params);
     coefficients_.reserve(base_->grid.size());
     for (std::uint32_t v = 0; v < base_->grid.size(); ++v) coefficients_.push_back(units_.origin(v));
     if (base_->params.lossless) integers_ = base_->grid;
     changed_tiles_.assign(info_.tiles, 0);
+    retry_all_waiting();
+    return {};
+}
+
+Result<void> PartDecoder::take_attributes(ByteSpan payload) {
+    Result<std::vector<AttributeParams>> params = read_attributes(payload, info_);
+    if (!params.ok()) return params.error();
+    const std::uint64_t V = vertices_at_level(info_.base_vertices, info_.base_edges, info_.base_faces, finest_);
+    if (V > most_vertices_ * kBytesPerVertex / (kBytesPerVertex + params->size() * kBytesPerAttribute))
+        return Error{Errc::LimitExceeded, 0, "the attributes take more memory than the limit"};
+    error_code_ = std::max(error_code_, ByteReader(payload).u8());
+    for (AttributeParams& a : *params) attributes_.emplace_back(std::move(a));
+    if (!base_) return {};
+    blocks_.resize((1 + attributes_.size()) * info_.tiles * (finest_ + 1u));
+    retry_all_waiting();
+    return {};
+}
+
+void PartDecoder::retry_all_waiting() {
     for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
         for (unsigned level = 0; level <= finest_; ++level)
-            for (const Channel channel : {Channel::Geometry, Channel::Color})
-                retry_waiting(channel, static_cast<std::uint16_t>(tile), level);
-    return {};
+            for (unsigned channel = 1; channel <= static_cast<unsigned>(Channel::LastField); ++channel)
+                retry_waiting(static_cast<Channel>(channel), static_cast<std::uint16_t>(tile), level);
 }
 
 Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const GeometryFront& front) {
@@ -87,7 +113,8 @@ Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const G
     if (front.top_plane < low || front.top_plane >= layers_) return malformed("a chunk's planes are out of range");
     if (front.needs_parent && !has_parents(id.level)) return malformed("a chunk needs a level that has no details");
     if (!base_) return Readiness::Waits;
-    if (id.channel == Channel::Color && color_blocks_.empty()) return malformed("colours come that the base has not");
+    if (!kind_of(id.channel) && attributes_.empty()) return Readiness::Waits;
+    if (!kind_of(id.channel)) return malformed("an attribute comes that the part has not");
     const unsigned here = reached(id, id.level);
     const bool started = here < kMaxPlanes;
     if (started && here <= low) return Readiness::Known;
@@ -147,7 +174,7 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     if (*lowest > front.top_plane || (fast && !whole)) return {};
     std::unique_ptr<Block>& place = block(id, id.level);
     const bool is_new = !place;
-    if (is_new) place = std::make_unique<Block>(id.channel == Channel::Color ? base_->params.color_components : 3u);
+    if (is_new) place = std::make_unique<Block>(components_of(id.channel));
     if (fast) {
         const auto size = static_cast<std::size_t>(block_size(tiling(id.level).tiles[id.tile], id.level));
         const Result<void> unpacked = place->decoder.unpack(size, front.top_plane, low, in.bytes(in.remaining()));
@@ -158,8 +185,8 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     place->plane = *lowest;
     place->cut = !whole;
     queue_.emplace(id, fast ? Bytes{} : Bytes(payload.begin(), payload.end()));
-    if (id.channel == Channel::Color) {
-        ensure_colors(id.level);
+    if (const std::size_t kind = *kind_of(id.channel); kind > 0) {
+        attributes_[kind - 1].ensure(vertex_count(id.level), vertex_count(0));
     } else {
         ensure_coefficients(id.level);
         mark_changed(id);
@@ -167,10 +194,30 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     return {};
 }
 
+std::optional<std::size_t> PartDecoder::kind_of(Channel channel) const {
+    if (channel == Channel::Geometry) return 0;
+    for (std::size_t k = 0; k < attributes_.size(); ++k)
+        if (attributes_[k].params().channel == channel) return k + 1;
+    return {};
+}
+
+unsigned PartDecoder::components_of(Channel channel) const {
+    const std::size_t kind = *kind_of(channel);
+    return kind > 0 ? attributes_[kind - 1].params().components() : 3;
+}
+
+std::vector<std::span<const Vec3f>> PartDecoder::coefficients() {
+    settle();
+    std::vector<std::span<const Vec3f>> all{coefficients_};
+    for (const AttributeDecoder& a : attributes_)
+        for (const std::vector<Vec3f>& values : a.coefficients()) all.emplace_back(values);
+    return all;
+}
+
 /// Calls visit(id, payload) for the tile's chunks in the queue, level by level: parents first.
 template <typename Visit>
 void PartDecoder::visit_queue(std::uint32_t tile, Visit visit) {
-    for (const Channel channel : {Channel::Geometry, Channel::Color}) {
+    for (unsigned channel = 1; channel <= static_cast<unsigned>(Channel::LastField); ++channel) {
         const ChunkId first{static_cast<std::uint16_t>(channel), static_cast<std::uint16_t>(tile), 0, 0, Channel::Base};
         for (auto it = queue_.lower_bound(first);
              it != queue_.end() && it->first.part == first.part && it->first.tile == first.tile; ++it)
@@ -252,23 +299,15 @@ void PartDecoder::ensure_coefficients(unsigned level) {
     if (base_->params.lossless && integers_.size() < V) integers_.resize(V);
 }
 
-void PartDecoder::ensure_colors(unsigned level) {
-    const std::uint64_t V = vertices_at_level(base_->mesh, level), V0 = base_->mesh.vertex_count();
-    const bool alpha = base_->params.color_components == 4;
-    if (colors_.empty()) colors_.assign(V0, Vec3f{0.5f, 0, 0});
-    if (colors_.size() < V) colors_.resize(V);
-    if (alpha && alphas_.empty()) alphas_.assign(V0, Vec3f{1, 0, 0});
-    if (alpha && alphas_.size() < V) alphas_.resize(V);
-}
-
 /// Of one block: tiles do this side by side.
 void PartDecoder::store_values(const ChunkId& id, const Block& from) {
     if (!from.decoder.started()) return;
     const unsigned level = id.level;
     const std::vector<std::uint32_t> indices = block_indices(base_->mesh, tiling(level).tiles[id.tile], level);
-    std::vector<float> values(indices.size() * (id.channel == Channel::Color ? base_->params.color_components : 3u));
+    std::vector<float> values(indices.size() * components_of(id.channel));
     from.decoder.values(base_->params.reconstruction_point(), values);
-    if (id.channel == Channel::Color) return store_colors(indices, level, values);
+    if (const std::size_t kind = *kind_of(id.channel); kind > 0)
+        return attributes_[kind - 1].store(indices, level, values);
     if (base_->params.lossless) return store_integers(indices, from.decoder, values);
     for (std::size_t i = 0; i < indices.size(); ++i) {
         const std::uint32_t v = indices[i];
@@ -295,28 +334,18 @@ void PartDecoder::store_integers(std::span<const std::uint32_t> indices, const B
     }
 }
 
-void PartDecoder::store_colors(std::span<const std::uint32_t> indices, unsigned level, std::span<const float> values) {
-    const unsigned components = base_->params.color_components;
-    const float step = step_from_code(base_->params.color_steps[level]);
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        const std::uint32_t v = indices[i];
-        const float* x = &values[components * i];
-        colors_[v] = Vec3f{x[0] * step + (level == 0 ? 0.5f : 0.0f), x[1] * step, x[2] * step};
-        if (components == 4) alphas_[v].x = x[3] * step + (level == 0 ? 1.0f : 0.0f);
+void PartDecoder::append_attributes(unsigned level, std::size_t first_vertex, std::size_t first_face, Mesh& out) {
+    for (AttributeDecoder& attribute : attributes_) {
+        if (!attribute.has_begun()) continue;
+        attribute.ensure(vertex_count(level), vertex_count(0));
+        if (!attribute_transform_ || attribute_levels_ < level) {
+            attribute_transform_ =
+                std::make_unique<PatchTransform>(base_->mesh, level, kAttributeTransform, base_->creases);
+            attribute_levels_ = level;
+        }
+        attribute.append(*attribute_transform_, level, first_vertex, first_face, out);
     }
-}
-
-void PartDecoder::append_colors(unsigned level, Mesh& out) {
-    ensure_colors(level);
-    const std::uint64_t V = vertices_at_level(base_->mesh, level);
-    if (!color_transform_ || color_levels_ < level) {
-        color_transform_ = std::make_unique<PatchTransform>(base_->mesh, level, kColorTransform, base_->creases);
-        color_levels_ = level;
-    }
-    std::vector<Vec3f> colors(V), alphas(alphas_.empty() ? 0 : V);
-    color_transform_->synthesize(std::span(colors_).first(V), level, colors);
-    if (!alphas.empty()) color_transform_->synthesize(std::span(alphas_).first(V), level, alphas);
-    for (std::size_t v = 0; v < V; ++v) out.colors.push_back(to_rgba(colors[v], alphas.empty() ? 1.0f : alphas[v].x));
+    pad_vertex_data(out);
 }
 
 /// center + diagonal * p.
@@ -402,12 +431,7 @@ void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagona
         out.faces = std::move(faces);
     else
         for (const Face& f : faces) out.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-    if (!colors_.empty()) {
-        out.colors.resize(first);  // white where parts before have none
-        append_colors(level, out);
-    } else if (!out.colors.empty()) {
-        out.colors.resize(out.positions.size());
-    }
+    append_attributes(level, first, out.faces.size() - face_count, out);
     if (!base_->materials.empty() || !out.materials.empty()) {
         out.materials.resize(out.faces.size() - face_count, 0);
         for (std::size_t f = 0; f < face_count; ++f)

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "codec/dec_attribute.h"
 #include "codec/dec_base.h"
 #include "codec/entropy/dec_block.h"
 #include "codec/part_units.h"
@@ -26,11 +27,8 @@ class PartDecoder {
 
     [[nodiscard]] bool has_base() const { return base_.has_value(); }
     [[nodiscard]] const BaseMesh* base() const { return base_ ? &base_->mesh : nullptr; }
-    /// In hierarchical order, as far as blocks have come.
-    [[nodiscard]] std::span<const Vec3f> coefficients() {
-        settle();
-        return coefficients_;
-    }
+    /// Of positions, then of attributes, each in hierarchical order, as far as blocks have come.
+    [[nodiscard]] std::vector<std::span<const Vec3f>> coefficients();
     /// Finest level of which a detail has come.
     [[nodiscard]] unsigned detail_level() const { return detail_level_; }
     /// Lowest error that a chunk taken in has stated.
@@ -56,6 +54,8 @@ class PartDecoder {
     enum class Readiness { Ready, Waits, Known };
 
     Result<void> take_base(ByteSpan payload);
+    Result<void> take_attributes(ByteSpan payload);
+    void retry_all_waiting();
     enum class Taken { Used, Waits, Dropped };
     Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
@@ -71,9 +71,7 @@ class PartDecoder {
     void store_values(const ChunkId& id, const Block& block);
     void store_integers(std::span<const std::uint32_t> indices, const BlockDecoder& from,
                         std::span<const float> values);
-    void store_colors(std::span<const std::uint32_t> indices, unsigned level, std::span<const float> values);
     void ensure_coefficients(unsigned level);
-    void ensure_colors(unsigned level);
     void append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out);
     [[nodiscard]] std::size_t vertex_count(unsigned level) const {
         return static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
@@ -83,7 +81,7 @@ class PartDecoder {
     void synthesize(unsigned level);
     void mark_changed(const ChunkId& id);
     [[nodiscard]] std::vector<std::uint32_t> changed_faces() const;
-    void append_colors(unsigned level, Mesh& out);
+    void append_attributes(unsigned level, std::size_t first_vertex, std::size_t first_face, Mesh& out);
     [[nodiscard]] const Tiling& tiling(unsigned level) const {
         return level < info_.first_tiled_level ? whole_ : tiling_;
     }
@@ -92,9 +90,12 @@ class PartDecoder {
         return level >= 2 && (level != info_.first_tiled_level || info_.tiles == 1);
     }
     [[nodiscard]] unsigned lowest_plane_of(const ChunkId& id) const { return layers_ - 1u - id.layer; }
+    /// Of a channel's coefficients: 0 positions, k the attribute k - 1; none where the part has not this channel.
+    [[nodiscard]] std::optional<std::size_t> kind_of(Channel channel) const;
+    [[nodiscard]] unsigned components_of(Channel channel) const;
     std::unique_ptr<Block>& block(const ChunkId& id, unsigned level) {
-        auto& blocks = id.channel == Channel::Color ? color_blocks_ : blocks_;
-        return blocks[std::size_t{id.tile} * (finest_ + 1u) + level];
+        const std::size_t kind = kind_of(id.channel).value();
+        return blocks_[(kind * info_.tiles + id.tile) * (finest_ + 1u) + level];
     }
     /// Lowest plane that a block has, kMaxPlanes where none.
     [[nodiscard]] unsigned reached(const ChunkId& id, unsigned level) {
@@ -110,18 +111,18 @@ class PartDecoder {
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
     PartUnits units_;
-    Tiling whole_, tiling_;  // of levels below info_.first_tiled_level, and of the others
-    std::vector<std::unique_ptr<Block>> blocks_, color_blocks_;  // tile-major; null before the first chunk
-    std::uint64_t blocks_left_ = 0;                              // that memory allows
-    std::vector<Vec3f> coefficients_;                            // V(level) of the finest level in use; grows
-    std::vector<IntegerPoint> integers_;                         // likewise, of a lossless part, in units of the grid
-    std::vector<Vec3f> colors_, alphas_;  // likewise, of Y, Co, Cg and of alpha (in x); empty before any came
+    Tiling whole_, tiling_;                       // of levels below info_.first_tiled_level, and of the others
+    std::vector<std::unique_ptr<Block>> blocks_;  // by kind (kind_of), tile and level; null before the first chunk
+    std::uint64_t blocks_left_ = 0;               // that memory allows
+    std::vector<Vec3f> coefficients_;             // V(level) of the finest level in use; grows
+    std::vector<IntegerPoint> integers_;          // likewise, of a lossless part, in units of the grid
+    std::vector<AttributeDecoder> attributes_;
     // Chunks by channel (in the place of the part), tile, level, layer: to be decoded, the last of a block maybe a
     // beginning; waiting for others.
     std::map<ChunkId, Bytes> queue_;
     std::map<ChunkId, Bytes> waiting_;
-    std::unique_ptr<PatchTransform> transform_, color_transform_;
-    unsigned transform_levels_ = 0, color_levels_ = 0;
+    std::unique_ptr<PatchTransform> transform_, attribute_transform_;
+    unsigned transform_levels_ = 0, attribute_levels_ = 0;
     bool updates_ = false;        // transform_ can update: from the second mesh asked for
     std::vector<Vec3f> surface_;  // last synthesised, of V(level); empty: none
     static constexpr unsigned kUnchanged = 255;

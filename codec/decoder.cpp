@@ -238,12 +238,13 @@ unsigned Decoder::finest_level(std::size_t part) const {
 std::uint64_t Decoder::coefficient_digest() const {
     std::uint64_t digest = 0xCBF29CE484222325u;
     for (PartDecoder& part : state_->parts)
-        for (const Vec3f& c : part.coefficients())
-            for (std::size_t k = 0; k < 3; ++k) {
-                const auto bits = std::bit_cast<std::uint32_t>(c[k]);
-                for (unsigned shift = 0; shift < 32; shift += 8)
-                    digest = (digest ^ ((bits >> shift) & 255)) * 0x100000001B3u;
-            }
+        for (const std::span<const Vec3f> values : part.coefficients())
+            for (const Vec3f& c : values)
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const auto bits = std::bit_cast<std::uint32_t>(c[k]);
+                    for (unsigned shift = 0; shift < 32; shift += 8)
+                        digest = (digest ^ ((bits >> shift) & 255)) * 0x100000001B3u;
+                }
     return digest;
 }
 

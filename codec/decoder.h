@@ -62,7 +62,8 @@ class Decoder {
     /// l is min(level, finest_level(part)).
     [[nodiscard]] const BaseMesh* base(std::size_t part) const;
     [[nodiscard]] unsigned finest_level(std::size_t part) const;
-    /// FNV-1a over the bits of all coefficients decoded so far: the same on every platform for the same chunks.
+    /// FNV-1a over the bits of all coefficients (positions, attributes) decoded so far: the same on every platform for
+    /// the same chunks.
     [[nodiscard]] std::uint64_t coefficient_digest() const;
 
  private:

@@ -93,7 +93,7 @@ void Adaptation::slide(unsigned threads) {
     fit_and_unfold(drift.normals(), threads, positions);
     if (distance_of(positions, threads) > kMostLoss * distance_of(mesh_.positions, threads)) return;
     mesh_.positions = std::move(positions);
-    mesh_.colors = colors_of(surface_.mesh(), drift.points());
+    take_vertex_data(surface_.mesh(), drift.points(), mesh_);
     points_ = closest_points(surface_.reference(), mesh_.positions, threads);
 }
 
@@ -132,6 +132,7 @@ Adaptation::Snapped Adaptation::snap(unsigned bits, unsigned threads) const {
     for (std::uint32_t v = 0; v < out.grid.size(); ++v)
         if (fixed_[v] != 0 || length(to_double(gap(v))) > kMostCells * params.grid())
             out.grid[v] = rounded(coefficients[v], bits);
+    take_vertex_data(surface_.mesh(), drift.points(), out.mesh);
     return out;
 }
 

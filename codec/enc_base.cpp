@@ -9,6 +9,7 @@
 
 #include "codec/entropy/enc_range_coder.h"
 #include "codec/labels.h"
+#include "codec/mesh/vertex_data.h"
 
 namespace mvw {
 
@@ -193,9 +194,7 @@ SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base) {
     SemiRegularMesh out;
     out.base = base.mesh;
     out.levels = source.levels;
-    out.positions.resize(source.positions.size());
-    out.colors.resize(source.colors.size());
-    std::vector<std::uint32_t> from, to;
+    std::vector<std::uint32_t> from, to, source_vertex(source.positions.size());
     const std::uint32_t n = 1u << source.levels;
     for (std::uint32_t f = 0; f < base.mesh.face_count(); ++f) {
         patch_vertices(out.base, f, source.levels, to);
@@ -208,9 +207,12 @@ SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base) {
                 const std::array<std::uint32_t, 3> w = {n - i - k, i, k};
                 const std::uint32_t si = w[(4 - corner) % 3], sk = w[(5 - corner) % 3];
                 const std::size_t row = std::size_t{si} * (n + 1) - std::size_t{si} * (si - (si > 0)) / 2;
-                out.positions[to[at]] = source.positions[from[row + sk]];
-                if (!out.colors.empty()) out.colors[to[at]] = source.colors[from[row + sk]];
+                source_vertex[to[at]] = from[row + sk];
             }
+    }
+    for (const std::uint32_t v : source_vertex) {
+        out.positions.push_back(source.positions[v]);
+        append_vertex_data(source, v, out);
     }
     if (!source.creases.empty()) {
         out.creases.resize(out.base.edge_count());
@@ -232,8 +234,7 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
     ByteWriter out;
     out.u8(static_cast<std::uint8_t>((base.sequential ? kBaseSequential : 0) | (creases ? kBaseCreases : 0) |
                                      (mesh.materials.empty() ? 0 : kBaseMaterials) |
-                                     (own_transform ? kBaseTransform : 0) |
-                                     (params.color_components > 0 ? kBaseColors : 0) | (params.fast ? kBaseFast : 0) |
+                                     (own_transform ? kBaseTransform : 0) | (params.fast ? kBaseFast : 0) |
                                      (params.lossless ? kBaseLossless : 0)));
     out.u8(params.error_code);
     out.u8(params.base_bits);
@@ -246,10 +247,6 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
         out.f32(static_cast<float>(t.s));
         out.u8(static_cast<std::uint8_t>((t.table1_weights ? 1 : 0) | (t.loop_template == 4 ? 2 : 0) |
                                          (t.local_frames ? 0 : 4)));
-    }
-    if (params.color_components > 0) {
-        out.u8(static_cast<std::uint8_t>(params.color_components));
-        for (const std::uint8_t code : params.color_steps) out.u8(code);
     }
     write_section(out, base.draco);
     if (creases) {

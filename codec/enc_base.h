@@ -24,7 +24,8 @@ CodedBase code_base(const BaseMesh& source, const std::vector<std::array<std::in
 Bytes write_draco(const std::vector<Face>& faces, const std::vector<std::array<std::int32_t, 3>>& grid, bool sequential,
                   int speed);
 
-/// The same surface, named in the order of the coded base: positions, creases, materials and colours moved along.
+/// The same surface, named in the order of the coded base: positions, creases, materials, colours and fields moved
+/// along.
 SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base);
 
 /// The whole payload. mesh: after renumber().

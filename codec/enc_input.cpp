@@ -47,7 +47,7 @@ PartSurface& EncoderInput::part(const RemeshResult& remeshed, std::uint32_t part
     const auto known = std::ranges::find_if(
         parts_, [&](const Part& p) { return p.feature_angle_deg == degrees && p.has_face == wanted; });
     if (known != parts_.end()) return *known->surface;
-    Mesh mesh{{}, {}, mesh_.colors, {}};
+    Mesh mesh{{}, {}, mesh_.colors, {}, mesh_.fields};
     mesh.positions.reserve(mesh_.positions.size());
     for (const Vec3& p : mesh_.positions) mesh.positions.push_back(to_coded_units(p));
     for (std::size_t f = 0; f < mesh_.faces.size(); ++f)

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
+#include "codec/enc_attributes.h"
 #include "codec/entropy/packed_planes.h"
 
 namespace mvw {
@@ -48,7 +50,8 @@ std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t 
 
 class Orderer {
  public:
-    Orderer(const std::vector<CodedPart>& parts, const OrderOptions& options) : parts_(parts), options_(options) {
+    Orderer(const std::vector<CodedPart>& parts, const OrderOptions& options)
+        : parts_(parts), options_(options), described_(parts.size(), 0) {
         error_ = options.floor;
         for (std::size_t part = 0; part < parts.size(); ++part) {
             error_ += parts[part].rounding * options.area_share[part];
@@ -88,7 +91,7 @@ class Orderer {
     }
 
     [[nodiscard]] const CodedBlock& block_of(const Run& run) const { return parts_[run.part].blocks[run.block]; }
-    /// What a run lowers the surface error by: colours leave it as it is.
+    /// What a run lowers the surface error by: attributes leave it as it is.
     [[nodiscard]] double surface_gain(const Run& run) const {
         return block_of(run).channel == Channel::Geometry ? run.gain : 0;
     }
@@ -111,8 +114,19 @@ class Orderer {
         write(run, needs_parent);
     }
 
+    /// What a part's attributes are comes before the first chunk of one.
+    void describe_attributes(std::size_t part) {
+        if (std::exchange(described_[part], std::uint8_t{1}) != 0) return;
+        PlannedChunk& chunk = out_.emplace_back();
+        chunk.id.part = static_cast<std::uint16_t>(part);
+        chunk.id.channel = Channel::Attributes;
+        chunk.payload = write_attributes(parts_[part].attributes);
+        chunk.error = std::max(error_, 0.0);
+    }
+
     void write(const Run& run, bool needs_parent) {
         const CodedBlock& block = block_of(run);
+        if (block.channel != Channel::Geometry) describe_attributes(run.part);
         error_ -= surface_gain(run);
         PlannedChunk& chunk = out_.emplace_back();
         chunk.id = {static_cast<std::uint16_t>(run.part), block.tile, block.level,
@@ -122,9 +136,8 @@ class Orderer {
         write_geometry_front(out, {0, block.planes.planes[run.first].plane, run.first == 0, needs_parent});
         const CodedPart& part = parts_[run.part];
         if (part.params.fast) {
-            const unsigned components = block.channel == Channel::Color ? part.params.color_components : 3;
-            out.bytes(
-                pack_planes(block.planes.entries, components, block.planes.planes[run.first].plane, lowest_plane(run)));
+            out.bytes(pack_planes(block.planes.entries, components_of(part, block.channel),
+                                  block.planes.planes[run.first].plane, lowest_plane(run)));
         }
         for (std::size_t p = run.first; p <= run.last && !part.params.fast; ++p) {
             const Bytes& bytes = block.planes.planes[p].bytes;
@@ -137,6 +150,7 @@ class Orderer {
     const std::vector<CodedPart>& parts_;
     const OrderOptions& options_;
     std::vector<std::vector<std::vector<Run>>> runs_;  // part, block
+    std::vector<std::uint8_t> described_;              // of each part, once its Attributes chunk is there
     std::vector<PlannedChunk> out_;
     double error_ = 0;
 };

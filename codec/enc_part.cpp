@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "codec/enc_color.h"
+#include "codec/enc_attributes.h"
 #include "codec/tiles.h"
 #include "codec/transform/integer.h"
 
@@ -112,6 +112,11 @@ void code_geometry(CodedPart& part, const PartPrecision& precision, const std::v
 
 }  // namespace
 
+unsigned components_of(const CodedPart& part, Channel channel) {
+    const auto found = std::ranges::find(part.attributes, channel, &AttributeParams::channel);
+    return found != part.attributes.end() ? found->components() : 3;
+}
+
 bool has_parents(const CodedPart& part, unsigned level) {
     return !part.params.fast && level >= 2 && (level != part.first_tiled_level || part.first_tiled_level == 0);
 }
@@ -182,7 +187,7 @@ CodedPart code_lossless(const SemiRegularMesh& mesh, const PartPrecision& precis
         part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
         code_integers(part, precision);
     }
-    code_colors(precision, threads, part);
+    code_attributes(precision, threads, part);
     return part;
 }
 
@@ -204,7 +209,7 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
         part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
         code_geometry(part, precision, gains, threads);
     }
-    code_colors(precision, threads, part);
+    code_attributes(precision, threads, part);
     return part;
 }
 

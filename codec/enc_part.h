@@ -18,6 +18,7 @@ struct PartPrecision {
     bool fast = false;               // planes packed instead of range-coded
     unsigned lossless = 0;           // bits of the grid on which positions are kept exactly; 0: not so
     double error = 1e-4;             // wanted RMS surface error of the rounding alone, fraction of the diagonal
+    double field_error = 2e-3;       // likewise of scalar fields, fraction of a field's range
 };
 
 /// The planes of one block.
@@ -27,18 +28,22 @@ struct CodedBlock {
     std::uint8_t level = 0;
     EncodedBlock planes;
     std::vector<double> gain;  // by how much each plane lowers the part's mean squared surface error, or what counts
-                               // as much in its colours
+                               // as much in its attributes
 };
 
 struct CodedPart {
     SemiRegularMesh mesh;  // in the base's order, in units of the diagonal around the centre
     CodedBase base;
     PartParams params;
+    std::vector<AttributeParams> attributes;
     std::vector<CodedBlock> blocks;  // channel by channel; tile-major, levels within, none that a tile has not
     unsigned first_tiled_level = 0;
     double tangential_share = 0;  // of the details' energy from level 2 up
     double rounding = 0;          // mean squared surface error that plane 0 leaves
 };
+
+/// Components of the coefficients of one of the part's channels.
+unsigned components_of(const CodedPart& part, Channel channel);
 
 /// Whether blocks of this level take contexts from those one level below: not where tiles begin.
 bool has_parents(const CodedPart& part, unsigned level);

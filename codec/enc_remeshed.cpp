@@ -45,6 +45,7 @@ PartPrecision precision_of(const SemiRegularMesh& part, PartOrigin origin, const
     PartPrecision precision;
     precision.fast = options.profile == Profile::Fast;
     precision.lossless = options.lossless;
+    precision.field_error = options.field_error;
     // What remeshing leaves of the wanted error, else a share of what it left.
     const double t = options.target_error, r = remesh_error;
     precision.error = std::max(t > r * 1.1 ? 0.9 * std::sqrt(t * t - r * r) : r * kRoundingShare, kFinestRounding);
@@ -239,6 +240,17 @@ Result<void> add_original(const Mesh& input, const FileHeader& header, const Enc
     return {};
 }
 
+void report_attributes(const CodedModel& model, const std::vector<PlannedChunk>& plan, Encoded& out) {
+    for (const CodedPart& part : model.parts)
+        for (const AttributeParams& a : part.attributes) {
+            const std::string name = attribute_name(a);
+            const auto known = std::ranges::find(out.attributes, name, &AttributeBytes::name);
+            AttributeBytes& entry = known != out.attributes.end() ? *known : out.attributes.emplace_back(name, 0);
+            for (const PlannedChunk& c : plan)
+                if (c.id.channel == a.channel && &model.parts[c.id.part] == &part) entry.bytes += c.payload.size();
+        }
+}
+
 void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Encoded& out) {
     double in_wavelets = 0;
     for (const CodedPart& part : model.parts) {
@@ -255,6 +267,7 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
         if (c.id.channel == Channel::Color) out.color_bytes += c.payload.size();
         if (c.id.channel == Channel::Original) out.original_bytes += c.payload.size();
     }
+    report_attributes(model, plan, out);
     out.parts = static_cast<std::uint32_t>(model.parts.size());
     out.transform = TransformKind{model.header.transform};
 }

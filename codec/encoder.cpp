@@ -95,6 +95,18 @@ Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
     return std::move(*second);
 }
 
+/// Takes away the fields that are not asked for, or more than a file holds, normals first. Names of the latter.
+std::vector<std::string> choose_fields(const EncodeOptions& options, std::vector<VertexField>& fields) {
+    std::erase_if(fields, [&](const VertexField& field) {
+        return field.kind == FieldKind::Normals ? !options.normals : !options.scalars;
+    });
+    std::ranges::stable_partition(fields, [](const VertexField& field) { return field.kind == FieldKind::Normals; });
+    std::vector<std::string> left_out;
+    for (std::size_t k = kMaxFields; k < fields.size(); ++k) left_out.push_back(fields[k].name);
+    if (fields.size() > kMaxFields) fields.resize(kMaxFields);
+    return left_out;
+}
+
 Result<Draft> lossless_draft(EncoderInput& input, const EncodeOptions& options) {
     Result<RemeshResult> parts = own_parts(input.mesh(), options);
     return parts.ok() ? Draft::make(input, std::move(*parts), options) : Result<Draft>(parts.error());
@@ -104,6 +116,7 @@ Result<Draft> lossless_draft(EncoderInput& input, const EncodeOptions& options) 
 
 Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
     Encoded out;
+    out.left_out = choose_fields(asked_for, mesh.fields);
     mesh = clean(std::move(mesh), out.cleaning);
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, "no face of positive area is left to encode"};
     out.input_vertices = mesh.positions.size();

@@ -2,6 +2,8 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "codec/bytes.h"
 #include "codec/mesh/clean.h"
@@ -27,8 +29,17 @@ struct EncodeOptions {
     /// Bits of a grid (a cell is the diagonal over 2^bits) on which every vertex is kept exactly, 1 to 24; 0: lossy.
     /// By `butterfly-lazy` on integers; InvalidArgument where the input is not semi-regular.
     unsigned lossless = 0;
-    unsigned threads = 0;  // 0: all cores
+    bool normals = false;       // code the input's normals, not only what the decoded surface says of them
+    bool scalars = true;        // code scalar fields
+    double field_error = 2e-3;  // RMS that coding leaves of a scalar field, fraction of its range; at least 1e-5
+    unsigned threads = 0;       // 0: all cores
     Progress progress;
+};
+
+/// What an attribute takes of a file.
+struct AttributeBytes {
+    std::string name;  // "color", "normal" or the scalar's own
+    std::uint64_t bytes = 0;
 };
 
 /// The file and the figures that `mvw encode --json` reports.
@@ -38,6 +49,8 @@ struct Encoded {
     std::uint64_t input_vertices = 0, input_faces = 0;  // after cleaning
     std::uint32_t parts = 0, base_faces = 0, levels = 0;
     std::uint64_t vertices = 0, base_bytes = 0, color_bytes = 0, original_bytes = 0;
+    std::vector<AttributeBytes> attributes;
+    std::vector<std::string> left_out;  // names of fields that the file has no room for: it holds eight
     double draco_area_share = 0, facets_area_share = 0;  // of the surface, in parts of these origins (remesh.h)
     double rms = 0, max = 0, psnr = 0;  // of the whole file's decode against the input (surface_error.h)
     double tangential_share = 0;        // of the details' energy from level 2 up

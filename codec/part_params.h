@@ -3,9 +3,11 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "codec/bytes.h"
+#include "codec/container/chunk.h"
 #include "codec/transform/transform.h"
 
 namespace mvw {
@@ -19,10 +21,9 @@ enum BaseFlags : std::uint8_t {
     kBaseCreases = 2,
     kBaseMaterials = 4,
     kBaseTransform = 8,  // transform parameters other than the defaults follow
-    kBaseColors = 16,    // colours: their number of components and their steps follow
     kBaseFast = 32,      // planes are packed (entropy/packed_planes.h) instead of range-coded
     kBaseLossless = 64,  // integers throughout (transform/integer.h): all planes together are exact
-    kBaseAllFlags = 127,
+    kBaseAllFlags = 111,
 };
 
 /// A step on disk: eight steps an octave, (1 + (code % 8) / 8) * 2^-(code / 8), exact in binary.
@@ -40,18 +41,51 @@ inline std::uint8_t step_to_code(double step) {
     return static_cast<std::uint8_t>(code);
 }
 
+/// What an attribute of vertices is. On disk: append values, never renumber (FORMAT.md 4.1).
+enum class AttributeKind : std::uint8_t {
+    Color = 0,       // Y, Co, Cg (color.h)
+    ColorAlpha = 1,  // and alpha
+    Normals = 2,     // what they differ by from those of the surface (mesh/normals.h)
+    Scalar = 3,      // one number
+};
+inline constexpr unsigned kAttributeKinds = 4;
+
+/// An attribute and how it is coded.
+struct AttributeParams {
+    AttributeKind kind = AttributeKind::Color;
+    Channel channel = Channel::Color;  // of its chunks
+    std::vector<std::uint8_t> steps;   // code of the step of plane 0 of each level, L + 1, of all components
+    // Of a scalar:
+    std::string name;
+    double middle = 0, range = 0;  // values are middle + range * x, x in [-1/2, 1/2]
+    float mean = 0;                // of x
+
+    [[nodiscard]] unsigned components() const {
+        return kind == AttributeKind::Scalar ? 1 : kind == AttributeKind::ColorAlpha ? 4 : 3;
+    }
+    [[nodiscard]] bool is_color() const { return channel == Channel::Color; }
+    /// What a component is where no chunk has come.
+    [[nodiscard]] float origin(unsigned component) const {
+        if (!is_color()) return mean;
+        return component == 0 ? 0.5f : component == 3 ? 1.0f : 0.0f;
+    }
+};
+
+/// "color", "normal", or a scalar's own name.
+inline std::string attribute_name(const AttributeParams& a) {
+    return a.is_color() ? "color" : a.kind == AttributeKind::Normals ? "normal" : a.name;
+}
+
 /// Decoder parameters of one part.
 struct PartParams {
-    std::uint8_t error_code = 0;            // error left once this chunk and all before it are there: 10^(-code/40)
-    std::uint8_t base_bits = 10;            // base positions are integers times 2^-base_bits, in units of the diagonal
-    std::uint8_t reconstruction = 0;        // place within a quantisation interval, in 1/256
-    std::vector<std::uint8_t> steps;        // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
-    std::vector<std::uint8_t> across;       // likewise of the tangential steps
-    bool fast = false;                      // planes are packed, not range-coded
-    bool lossless = false;                  // coefficients are integers in units of the grid
-    unsigned color_components = 0;          // 0: no colours; 3: Y, Co, Cg; 4: and alpha
-    std::vector<std::uint8_t> color_steps;  // code of the step of plane 0 of each level, L + 1, of all components
-    TransformOptions transform;             // `kind` comes from the file's header
+    std::uint8_t error_code = 0;        // error left once this chunk and all before it are there: 10^(-code/40)
+    std::uint8_t base_bits = 10;        // base positions are integers times 2^-base_bits, in units of the diagonal
+    std::uint8_t reconstruction = 128;  // place within a quantisation interval, in 1/256
+    std::vector<std::uint8_t> steps;    // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
+    std::vector<std::uint8_t> across;   // likewise of the tangential steps
+    bool fast = false;                  // planes are packed, not range-coded
+    bool lossless = false;              // coefficients are integers in units of the grid
+    TransformOptions transform;         // `kind` comes from the file's header
 
     [[nodiscard]] float step(unsigned level) const { return step_from_code(steps[level]); }
     [[nodiscard]] float step_across(unsigned level) const { return step_from_code(across[level]); }
@@ -59,8 +93,8 @@ struct PartParams {
     [[nodiscard]] double grid() const { return std::ldexp(1.0, -static_cast<int>(base_bits)); }
 };
 
-/// What colours are transformed by: a linear rule, in no frames.
-inline constexpr TransformOptions kColorTransform{TransformKind::Interp, 36.0 / 31.0, false, 10, false};
+/// What attributes are transformed by: a linear rule, in no frames.
+inline constexpr TransformOptions kAttributeTransform{TransformKind::Interp, 36.0 / 31.0, false, 10, false};
 
 /// One byte for an error: 10^(-code/40), half a decibel apart.
 inline float error_from_code(std::uint8_t code) {

@@ -14,20 +14,25 @@ namespace mvw {
 
 /// What a chunk carries. On disk: append values, never renumber (FORMAT.md 3.1). A reader skips those it does not know.
 enum class Channel : std::uint8_t {
-    Base = 0,      // connectivity, coarse positions, creases and labels of one part's level 0 (Draco inside)
-    Geometry = 1,  // position coefficients of one (part, tile, level, layer); level 0: what the base's rounding left
-    Color = 2,     // colour coefficients, likewise
-    Original = 3,  // the input mesh itself (Draco), one chunk a file
+    Base = 0,         // connectivity, coarse positions, creases and labels of one part's level 0 (Draco inside)
+    Geometry = 1,     // position coefficients of one (part, tile, level, layer); level 0: what the base's rounding left
+    Color = 2,        // colour coefficients, likewise
+    Original = 3,     // the input mesh itself (Draco), one chunk a file
+    FirstField = 4,   // coefficients of the part's first field (normals, a scalar), likewise; those behind have the
+    LastField = 11,   // numbers that follow
+    Attributes = 12,  // what the part's colours and fields are, one chunk a part
 };
+inline constexpr unsigned kMaxFields = 8;
 
-/// Names a chunk. Ordered: a chunk can be decoded once the part's Base chunk and all lower layers that the file has of
+/// Names a chunk. Ordered: a chunk can be decoded once the part's Base chunk (and its Attributes chunk where it is of
+/// one of these) and all lower layers that the file has of
 /// the same (part, tile, level, channel) are there; coarser levels that are absent count as zero details. Layers of one
 /// block may skip numbers: a chunk carries all that its block has above the next lower one.
 struct ChunkId {
     std::uint16_t part = 0;
-    std::uint16_t tile = 0;  // 0 for Base and Original
-    std::uint8_t level = 0;  // 0 for Base and Original; at most 15
-    std::uint8_t layer = 0;  // 0 = coarsest quantiser step; 0 for Base and Original; at most 63
+    std::uint16_t tile = 0;  // 0 for Base, Original and Attributes
+    std::uint8_t level = 0;  // likewise; at most 15
+    std::uint8_t layer = 0;  // 0 = coarsest quantiser step; likewise; at most 63
     Channel channel = Channel::Base;
     friend constexpr auto operator<=>(const ChunkId&, const ChunkId&) = default;
 };

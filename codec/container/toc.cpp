@@ -156,9 +156,10 @@ Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id) {
         return malformed(0, "a chunk names part " + std::to_string(id.part) + ", the file has " +
                                 std::to_string(header.parts.size()));
     const PartInfo& part = header.parts[id.part];
-    const bool untiled = id.channel == Channel::Base || id.channel == Channel::Original;
+    const bool untiled =
+        id.channel == Channel::Base || id.channel == Channel::Original || id.channel == Channel::Attributes;
     if (untiled && (id.tile != 0 || id.level != 0 || id.layer != 0))
-        return malformed(0, "a base or original chunk names a tile, level or layer");
+        return malformed(0, "a base, original or attributes chunk names a tile, level or layer");
     if (id.tile >= part.tiles)
         return malformed(
             0, "a chunk names tile " + std::to_string(id.tile) + ", its part has " + std::to_string(part.tiles));

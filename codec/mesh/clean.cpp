@@ -8,6 +8,7 @@
 
 #include "codec/mesh/half_edges.h"
 #include "codec/mesh/semi_regular.h"
+#include "codec/mesh/vertex_data.h"
 
 namespace mvw {
 namespace {
@@ -396,25 +397,34 @@ Mesh build(const Soup& soup, const Fans& fans, CleanReport& report) {
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return first[a] < first[b]; });
 
+    // Pairs of (fan, input vertex): a fan of many input vertices welded them, an input vertex in many fans was split.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> uses(fans.of_corner.size());
+    for (std::uint32_t c = 0; c < uses.size(); ++c) uses[c] = {fans.of_corner[c], origin(in.faces, c)};
+    std::sort(uses.begin(), uses.end());
+    uses.erase(std::unique(uses.begin(), uses.end()), uses.end());
+
     Mesh out;
     out.positions.reserve(fans.count);
+    std::vector<VertexShare> joined;
     for (std::uint32_t i = 0; i < fans.count; ++i) {
-        number[order[i]] = i;
-        out.positions.push_back(in.positions[first[order[i]]]);
-        if (!in.colors.empty()) out.colors.push_back(in.colors[first[order[i]]]);
+        const std::uint32_t fan = order[i];
+        number[fan] = i;
+        out.positions.push_back(in.positions[first[fan]]);
+        joined.clear();
+        for (auto use = std::ranges::lower_bound(uses, std::pair{fan, 0u}); use != uses.end() && use->first == fan;
+             ++use)
+            joined.push_back({use->second, 1});
+        for (VertexShare& share : joined) share.weight = 1 / static_cast<double>(joined.size());
+        append_vertex_data(in, joined, out);
     }
     out.faces = faces_of_fans(fans);
     for (Face& f : out.faces)
         for (std::uint32_t& v : f) v = number[v];
     out.materials = in.materials;
 
-    // Pairs of (input vertex, fan): a fan of many input vertices welded them, an input vertex in many fans was split.
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> uses(fans.of_corner.size());
-    for (std::uint32_t c = 0; c < uses.size(); ++c) uses[c] = {origin(in.faces, c), fans.of_corner[c]};
-    std::sort(uses.begin(), uses.end());
-    uses.erase(std::unique(uses.begin(), uses.end()), uses.end());
-    std::uint64_t inputs = 0;
-    for (std::size_t i = 0; i < uses.size(); ++i) inputs += i == 0 || uses[i].first != uses[i - 1].first;
+    std::vector<std::uint8_t> used(in.positions.size(), 0);
+    for (const auto& [fan, vertex] : uses) used[vertex] = 1;
+    const auto inputs = static_cast<std::uint64_t>(std::ranges::count(used, 1));
     report.welded_vertices += uses.size() - fans.count;
     report.split_vertices += uses.size() - inputs;
     return out;

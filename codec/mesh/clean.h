@@ -14,15 +14,19 @@ namespace mvw {
 
 /// How often each repair was done; all zero for a mesh that was clean.
 struct CleanReport {
-    std::uint64_t triangulated_polygons = 0;  // filled by the importers
-    std::uint64_t welded_vertices = 0;        // joined with another of bit-equal position
-    std::uint64_t unused_vertices = 0;        // in no face
-    std::uint64_t degenerate_faces = 0;       // repeated vertex after welding, or a vertex that is not finite: dropped
-    std::uint64_t duplicate_faces = 0;        // same three vertices, in any order: dropped
-    std::uint64_t split_edges = 0;            // non-manifold edges taken apart
-    std::uint64_t split_vertices = 0;         // copies made to take non-manifold vertices, edges and cuts apart
-    std::uint64_t turned_faces = 0;           // reversed so that neighbours agree
-    std::uint64_t cut_edges = 0;              // edges opened because a component cannot be oriented
+    std::uint64_t triangulated_polygons = 0;    // filled by the importers
+    std::uint64_t replaced_values = 0;          // likewise: numbers of fields that were none, now the field's mean
+    std::vector<std::string> dropped_fields;    // likewise: names of what files say of vertices that is not kept
+    std::uint64_t textured_vertices = 0;        // likewise: whose colours come from images, which are not kept
+    std::vector<std::string> missing_textures;  // likewise: images that could not be read, and why
+    std::uint64_t welded_vertices = 0;          // joined with another of bit-equal position
+    std::uint64_t unused_vertices = 0;          // in no face
+    std::uint64_t degenerate_faces = 0;  // repeated vertex after welding, or a vertex that is not finite: dropped
+    std::uint64_t duplicate_faces = 0;   // same three vertices, in any order: dropped
+    std::uint64_t split_edges = 0;       // non-manifold edges taken apart
+    std::uint64_t split_vertices = 0;    // copies made to take non-manifold vertices, edges and cuts apart
+    std::uint64_t turned_faces = 0;      // reversed so that neighbours agree
+    std::uint64_t cut_edges = 0;         // edges opened because a component cannot be oriented
 };
 
 /// Welds, drops degenerate and duplicate faces, splits non-manifold edges and vertices, orients each component
@@ -33,7 +37,7 @@ struct CleanReport {
 /// Welding sews sides of faces that lie at bit-equal positions. Where the indices already close the surface around a
 /// vertex they are believed: two such vertices at one position stay two, and faces that are flat between them stay.
 /// At an edge of many faces those are joined that bound one solid wedge, so closed parts that touch stay closed parts.
-/// A welded vertex takes the colour of the first of those it joins. Deterministic; close to linear time.
+/// A welded vertex takes the mean colour and fields of those it joins. Deterministic; close to linear time.
 Mesh clean(Mesh mesh, CleanReport& report);
 
 /// True where each directed edge is used once, the faces around each vertex form one fan, every vertex is used, all

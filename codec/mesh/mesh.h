@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "codec/vec.h"
@@ -18,17 +19,33 @@ struct Rgba8 {
     friend constexpr bool operator==(const Rgba8&, const Rgba8&) = default;
 };
 
+/// What a field says of a vertex.
+enum class FieldKind : std::uint8_t { Scalar, Normals };
+
+/// Numbers at vertices, vertex by vertex: a measured quantity (one number each, finite, known by its name), or normals
+/// (three each, of unit length or zero where a vertex has none, no name).
+struct VertexField {
+    FieldKind kind = FieldKind::Scalar;
+    std::string name;            // of a scalar: 1 to kMaxFieldName characters from '!' to '~'
+    std::vector<double> values;  // V times components()
+
+    [[nodiscard]] std::size_t components() const { return kind == FieldKind::Normals ? 3 : 1; }
+};
+inline constexpr std::size_t kMaxFieldName = 63;
+
 /// Indexed triangle mesh.
 ///
 /// positions  V points, model units, finite
 /// faces      F triangles, indices below V
 /// colors     empty, or V per-vertex colours
 /// materials  empty, or F labels; faces of one material have one label
+/// fields     any number of scalars of different names, and normals at most once
 struct Mesh {
     std::vector<Vec3> positions;
     std::vector<Face> faces;
     std::vector<Rgba8> colors;
     std::vector<std::uint32_t> materials;
+    std::vector<VertexField> fields{};
 };
 
 /// Axis-aligned box; empty (min > max) until a point is added.

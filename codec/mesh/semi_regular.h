@@ -106,6 +106,7 @@ struct SemiRegularMesh {
     std::vector<std::uint8_t> creases;     // empty, or 1 for each base edge along which the surface is sharp
     std::vector<std::uint32_t> materials;  // empty, or a label for each base face
     std::vector<Rgba8> colors;             // empty, or V(L)
+    std::vector<VertexField> fields{};     // of V(L) vertices
 };
 
 /// Flags of the V(L) vertices on boundaries, on creases and between faces of different materials.

@@ -16,6 +16,8 @@ std::string fault_of_arrays(const Mesh& mesh) {
     if (!mesh.colors.empty() && mesh.colors.size() != V) return "the number of colours is not that of vertices";
     if (!mesh.materials.empty() && mesh.materials.size() != mesh.faces.size())
         return "the number of materials is not that of faces";
+    for (const VertexField& field : mesh.fields)
+        if (field.values.size() != V * field.components()) return "a field's values are not those of all vertices";
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
         const Face& face = mesh.faces[f];
         for (const std::uint32_t v : face)

@@ -58,7 +58,7 @@ SemiRegularMesh facets_of(const Mesh& mesh) {
     std::iota(same.begin(), same.end(), 0u);
     const std::vector<FacePoint> points = grid_points(part.base, part.levels, same);
     part.positions = positions_of(mesh, points);
-    part.colors = colors_of(mesh, points);
+    take_vertex_data(mesh, points, part);
     return part;
 }
 

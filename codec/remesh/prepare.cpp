@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "codec/mesh/semi_regular.h"
+#include "codec/mesh/vertex_data.h"
 
 namespace mvw {
 
@@ -12,10 +13,6 @@ namespace {
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
     return (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
-}
-
-std::uint8_t middle(std::uint8_t a, std::uint8_t b) {
-    return static_cast<std::uint8_t>((a + b + 1) / 2);
 }
 
 /// Appends the triangles of `face` with a middle vertex m[s] (or kNone) on each side s.
@@ -49,9 +46,7 @@ SplitMesh split_ears(const Mesh& mesh) {
             const std::uint32_t a = f[(s + 1) % 3], b = f[(s + 2) % 3];
             if (!middles.emplace(edge_key(a, b), static_cast<std::uint32_t>(out.positions.size())).second) continue;
             out.positions.push_back((mesh.positions[a] + mesh.positions[b]) * 0.5);
-            if (mesh.colors.empty()) continue;
-            const Rgba8 &x = mesh.colors[a], &y = mesh.colors[b];
-            out.colors.push_back({middle(x.r, y.r), middle(x.g, y.g), middle(x.b, y.b), middle(x.a, y.a)});
+            append_vertex_data(mesh, std::array{VertexShare{a, 0.5}, VertexShare{b, 0.5}}, out);
         }
     }
     split.first_face.resize(mesh.faces.size());

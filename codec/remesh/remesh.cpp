@@ -12,6 +12,7 @@
 #include "codec/measure/surface_error.h"
 #include "codec/mesh/clean.h"
 #include "codec/mesh/half_edges.h"
+#include "codec/mesh/vertex_data.h"
 #include "codec/remesh/facets.h"
 #include "codec/remesh/feature_choice.h"
 #include "codec/remesh/features.h"
@@ -86,7 +87,7 @@ Mesh extract_faces(const Mesh& mesh, Wanted wanted) {
             if (number[v] == kNone) {
                 number[v] = static_cast<std::uint32_t>(out.positions.size());
                 out.positions.push_back(mesh.positions[v]);
-                if (!mesh.colors.empty()) out.colors.push_back(mesh.colors[v]);
+                append_vertex_data(mesh, v, out);
             }
             v = number[v];
         }
@@ -102,6 +103,7 @@ SemiRegularMesh as_it_is(Mesh mesh) {
     part.base = BaseMesh::create(static_cast<std::uint32_t>(mesh.positions.size()), std::move(mesh.faces)).value();
     part.positions = std::move(mesh.positions);
     part.colors = std::move(mesh.colors);
+    part.fields = std::move(mesh.fields);
     part.materials = std::move(mesh.materials);
     return part;
 }
@@ -248,8 +250,8 @@ class Sampler {
                                                         kVerticesOfFacets * static_cast<double>(input.positions.size());
     }
 
-    /// Fills in positions and colours of a part whose base and levels stand. Returns how far the two surfaces are
-    /// apart.
+    /// Fills in positions, colours and fields of a part whose base and levels stand. Returns how far the two surfaces
+    /// are apart.
     Distance sample(const Mesh& input, const std::vector<std::uint32_t>& face_ids, SemiRegularMesh& part) const {
         report(options_, "sample", 0);
         std::vector<FacePoint> points = grid_points(part.base, part.levels, face_ids);
@@ -263,7 +265,7 @@ class Sampler {
         relaxing.threads = threads_;
         relax(surface_, triangles, fixed, relaxing, points);
         part.positions = positions_of(mesh_, points);
-        part.colors = colors_of(mesh_, points);
+        take_vertex_data(mesh_, points, part);
 
         report(options_, "fit", 0);
         FitOptions fitting;
@@ -393,7 +395,7 @@ std::vector<SemiRegularMesh> take_over(const Mesh& mesh, Recognition& recognitio
         part.levels = found.levels;
         for (const std::uint32_t v : found.vertices) {
             part.positions.push_back(mesh.positions[v]);
-            if (!mesh.colors.empty()) part.colors.push_back(mesh.colors[v]);
+            append_vertex_data(mesh, v, part);
         }
         parts.push_back(std::move(part));
     }

@@ -1,7 +1,8 @@
 #include "codec/remesh/resample.h"
 
-#include <algorithm>
 #include <array>
+
+#include "codec/mesh/vertex_data.h"
 
 namespace mvw {
 
@@ -33,22 +34,16 @@ std::vector<Vec3> positions_of(const Mesh& mesh, const std::vector<FacePoint>& p
     return positions;
 }
 
-std::vector<Rgba8> colors_of(const Mesh& mesh, const std::vector<FacePoint>& points) {
-    std::vector<Rgba8> colors;
-    if (mesh.colors.empty()) return colors;
-    colors.reserve(points.size());
+void take_vertex_data(const Mesh& mesh, const std::vector<FacePoint>& points, SemiRegularMesh& to) {
+    to.colors.clear();
+    to.fields.clear();
     for (const FacePoint& p : points) {
         const Face& f = mesh.faces[p.face];
-        std::array<double, 4> sum{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Rgba8& c = mesh.colors[f[k]];
-            sum[0] += p.weight[k] * c.r, sum[1] += p.weight[k] * c.g;
-            sum[2] += p.weight[k] * c.b, sum[3] += p.weight[k] * c.a;
-        }
-        const auto byte = [](double x) { return static_cast<std::uint8_t>(std::clamp(x + 0.5, 0.0, 255.0)); };
-        colors.push_back({byte(sum[0]), byte(sum[1]), byte(sum[2]), byte(sum[3])});
+        append_vertex_data(
+            mesh,
+            std::array{VertexShare{f[0], p.weight[0]}, VertexShare{f[1], p.weight[1]}, VertexShare{f[2], p.weight[2]}},
+            to);
     }
-    return colors;
 }
 
 }  // namespace mvw

@@ -14,7 +14,7 @@ std::vector<FacePoint> grid_points(const BaseMesh& base, unsigned level, const s
 /// Their places in space.
 std::vector<Vec3> positions_of(const Mesh& mesh, const std::vector<FacePoint>& points);
 
-/// Their colours, between those of the mesh's vertices; none where it has none.
-std::vector<Rgba8> colors_of(const Mesh& mesh, const std::vector<FacePoint>& points);
+/// Gives `to` their colours and fields, between those of the mesh's vertices; none where it has none.
+void take_vertex_data(const Mesh& mesh, const std::vector<FacePoint>& points, SemiRegularMesh& to);
 
 }  // namespace mvw

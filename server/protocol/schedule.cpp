@@ -53,7 +53,8 @@ bool Schedule::in_pass(const ChunkId& id) const {
         return pass_ + 1 == passes_.size() && request_.max_level >= toc_->header.parts[0].levels;
     if (pass == kBasePass || id.level > request_.max_level || id.layer > request_.max_layer) return false;
     // Coarse levels have one tile for all: whatever is seen of the part needs it, before anything finer.
-    if (id.level < toc_->header.parts[id.part].first_tiled_level) return pass_ == 1;
+    if (id.channel == Channel::Attributes || id.level < toc_->header.parts[id.part].first_tiled_level)
+        return pass_ == 1;
     const TilePriority key{id.part, id.tile};
     const auto tile = std::lower_bound(request_.tiles.begin(), request_.tiles.end(), key, tile_less);
     if (tile == request_.tiles.end() || tile_less(key, *tile)) return request_.other_priority == pass;

@@ -1,6 +1,6 @@
 // Any bytes, fed to a decoder in slices of any sizes, give a mesh with indices in range or none. To get past the
 // checksums, inputs are not files but scripts: byte 0 says how. Even: the rest is a stream as it is, cut into slices by
-// its own bytes. Odd: a header of our making, then chunks (level and tile, layer, length, payload) with right
+// its own bytes. Odd: a header of our making, then chunks (level and tile, layer, channel, length, payload) with right
 // checksums.
 #include <cmath>
 #include <cstdint>
@@ -26,6 +26,11 @@ void check(const mvw::Decoder& decoder) {
     for (const mvw::Face& f : mesh->faces)
         for (const std::uint32_t v : f)
             if (v >= mesh->positions.size()) std::abort();
+    for (const mvw::VertexField& field : mesh->fields) {
+        if (field.values.size() != field.components() * mesh->positions.size()) std::abort();
+        for (const double x : field.values)
+            if (!std::isfinite(x)) std::abort();
+    }
 }
 
 void feed_stream(mvw::ByteSpan bytes) {
@@ -56,10 +61,10 @@ void feed_chunks(mvw::ByteSpan bytes) {
     if (!decoder.feed_header(header).ok()) std::abort();
     mvw::ByteReader in(bytes);
     while (in.remaining() > 0) {
-        const unsigned where = in.u8(), layer = in.u8() % 20, length = in.u8();
+        const unsigned where = in.u8(), layer = in.u8() % 20, channel = in.u8() % 16, length = in.u8();
         const auto level = static_cast<std::uint8_t>(where % 5);
         mvw::ChunkId id{0, static_cast<std::uint16_t>(where / 5 % 2), level, static_cast<std::uint8_t>(layer),
-                        mvw::Channel::Geometry};
+                        channel == 0 ? mvw::Channel::Geometry : static_cast<mvw::Channel>(channel)};
         if (where >= 250) id = {};
         const mvw::ByteSpan payload = in.bytes(std::min<std::size_t>(length, in.remaining()));
         (void)decoder.feed_chunk(id, payload, mvw::crc32c(payload)).ok();

@@ -28,11 +28,29 @@ GoldenModel colored() {
     return model;
 }
 
+/// Normals that are not the surface's, and two scalars, in tiles; a part without levels beside.
+GoldenModel with_fields() {
+    GoldenModel model{"fields", {bumpy_ball(3), bumpy_ball(0)}, {}};
+    for (Vec3& p : model.parts[1].positions) p += Vec3{3, 0, 0};
+    for (SemiRegularMesh& ball : model.parts) {
+        ball.fields = {
+            {FieldKind::Normals, "", {}}, {FieldKind::Scalar, "height", {}}, {FieldKind::Scalar, "step", {}}};
+        for (const Vec3& p : ball.positions) {
+            const Vec3 n = normalized(p + Vec3{p.y, 0, 0.5});
+            for (std::size_t k = 0; k < 3; ++k) ball.fields[0].values.push_back(n[k]);
+            ball.fields[1].values.push_back(1e6 + p.z);
+            ball.fields[2].values.push_back(p.x > 0 ? -7 : 7);
+        }
+    }
+    model.options.tile_count = 2;
+    return model;
+}
+
 }  // namespace
 
 std::vector<GoldenModel> golden_models() {
-    std::vector<GoldenModel> models{mixed(), colored()};
-    models.push_back({"fast", {colored().parts[0], bumpy_ball(3)}, {}});
+    std::vector<GoldenModel> models{mixed(), colored(), with_fields()};
+    models.push_back({"fast", {colored().parts[0], with_fields().parts[0]}, {}});
     for (Vec3& p : models.back().parts[1].positions) p += Vec3{3, 0, 0};
     models.back().options.profile = Profile::Fast;
     models.push_back({"lossless", {bumpy_ball(3)}, {}});

@@ -13,8 +13,8 @@ struct GoldenModel {
     EncodeOptions options;
 };
 
-/// "mixed" (tiles, creases, materials, a part by Draco alone), "colors" (with alpha, and the original mesh), "fast",
-/// then the transforms by name.
+/// "mixed" (tiles, creases, materials, a part by Draco alone), "colors" (with alpha, and the original mesh), "fields"
+/// (normals, scalars), "fast", then the transforms by name.
 std::vector<GoldenModel> golden_models();
 
 /// File names of a golden model: what a decoder reads, the mesh and the digest of coefficients that it must give.

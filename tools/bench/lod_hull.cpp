@@ -151,6 +151,7 @@ Result<Curves> measure(const std::string& file, const LodHullOptions& options, c
     CleanReport report;
     auto read = read_mesh(file, report);
     if (!read) return read.error();
+    read->fields.clear();  // the hull's files hold shape alone
     const Mesh mesh = normalised(clean(std::move(read).value(), report));
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, file + ": nothing to measure"};
     Curves curves;

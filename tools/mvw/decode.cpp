@@ -15,6 +15,7 @@
 #include "codec/decoder.h"
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
+#include "codec/mesh/normals.h"
 #include "tools/mvw/commands.h"
 #include "tools/mvw/load.h"
 
@@ -26,7 +27,7 @@ struct DecodeArguments {
     unsigned level = 255;
     std::uint64_t max_bytes = ~std::uint64_t{0};
     double target_error = 0;
-    bool original = false, json = false;
+    bool original = false, normals = false, json = false;
 };
 
 /// The numbers of "0,4-7"; Fatal where it is no such list.
@@ -56,7 +57,7 @@ std::function<bool(const ChunkEntry&)> wanted_chunks(const DecodeArguments& argu
     const std::set<std::uint32_t> tiles = tile_list(arguments.tiles);
     return [&arguments, &decoder, tiles](const ChunkEntry& c) {
         if (c.id.channel == Channel::Original || c.offset + c.length > arguments.max_bytes) return false;
-        if (c.id.channel == Channel::Base) return true;
+        if (c.id.channel == Channel::Base || c.id.channel == Channel::Attributes) return true;
         if (arguments.target_error > 0 && decoder.state().error <= arguments.target_error) return false;
         return tiles.empty() || c.id.level < decoder.header()->parts[c.id.part].first_tiled_level ||
                tiles.contains(c.id.tile);
@@ -84,12 +85,22 @@ void feed(Decoder& decoder, const DecodeArguments& arguments, ByteSpan file) {
 }
 
 void write(const DecodeArguments& arguments, const Mesh& mesh) {
+    warn_of_attributes(arguments.output, mesh);
     if (const Result<void> r = write_mesh(arguments.output, mesh); !r.ok()) throw Fatal{kFailure, r.error().message};
 }
 
+/// Where the file has none.
+void add_normals(Mesh& mesh) {
+    if (std::ranges::find(mesh.fields, FieldKind::Normals, &VertexField::kind) != mesh.fields.end()) return;
+    VertexField& field = mesh.fields.emplace_back(VertexField{FieldKind::Normals, "", {}});
+    for (const Vec3& n : vertex_normals(mesh.positions, mesh.faces))
+        for (std::size_t k = 0; k < 3; ++k) field.values.push_back(n[k]);
+}
+
 void decode_original_to(const DecodeArguments& arguments, ByteSpan file) {
-    const Result<Mesh> mesh = decode_original(file);
+    Result<Mesh> mesh = decode_original(file);
     if (!mesh.ok()) throw Fatal{kFailure, arguments.input + ": " + mesh.error().message};
+    if (arguments.normals) add_normals(*mesh);
     write(arguments, *mesh);
     if (arguments.json)
         fmt::print("{}\n", nlohmann::ordered_json{{"bytes_used", file.size()},
@@ -114,10 +125,11 @@ void decode(const DecodeArguments& arguments) {
     const ByteSpan file = ByteSpan(*all).first(std::min<std::uint64_t>(all->size(), header->file_bytes()));
     Decoder decoder({}, std::max(1u, std::thread::hardware_concurrency()));
     feed(decoder, arguments, file);
-    const Result<Mesh> mesh = decoder.mesh(arguments.level);
+    Result<Mesh> mesh = decoder.mesh(arguments.level);
     if (!mesh.ok()) throw Fatal{kFailure, arguments.input + ": " + mesh.error().message};
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     warn_of_file(arguments.input, decoder, all->size());
+    if (arguments.normals) add_normals(*mesh);
     write(arguments, *mesh);
 
     const DecodeState state = decoder.state();
@@ -150,6 +162,8 @@ void add_decode(CLI::App& app) {
         ->check(CLI::PositiveNumber);
     command->add_option("--tiles", arguments->tiles,
                         "Only these tiles, as 0,4-7; all others stay coarse, without cracks");
+    command->add_flag("--normals", arguments->normals,
+                      "Write normals (.ply .obj .glb): those of encode --normals, else computed from the surface");
     command->add_flag("--original", arguments->original,
                       "The input mesh that encode --keep-original put into the file");
     command->add_flag("--json", arguments->json, "One JSON object: bytes_used level vertices faces seconds");

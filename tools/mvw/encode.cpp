@@ -19,7 +19,8 @@ namespace mvw::cli {
 namespace {
 
 struct EncodeArguments {
-    std::string input, output, transform = std::string(transform_name(TransformOptions{}.kind)), weights = "exact";
+    std::string input, output, texture, transform = std::string(transform_name(TransformOptions{}.kind)),
+                                        weights = "exact";
     std::string profile = "small";
     EncodeOptions options;
     bool json = false;
@@ -55,8 +56,9 @@ struct CleaningLine {
     std::uint64_t count;
     const char *key, *words;
 };
-std::array<CleaningLine, 9> cleaning_lines(const CleanReport& r) {
+std::array<CleaningLine, 10> cleaning_lines(const CleanReport& r) {
     return {{{r.triangulated_polygons, "triangulated_polygons", "polygons cut into triangles"},
+             {r.replaced_values, "replaced_values", "values of fields that were no numbers, now the field's mean"},
              {r.welded_vertices, "welded_vertices", "vertices joined with others at the same place"},
              {r.unused_vertices, "unused_vertices", "vertices that no face uses dropped"},
              {r.degenerate_faces, "degenerate_faces", "degenerate faces dropped"},
@@ -78,7 +80,24 @@ void print_cleaning(const CleanReport& report) {
         if (line.count > 0) fmt::print("  {} {}\n", line.count, line.words);
 }
 
+nlohmann::ordered_json attributes_json(const Encoded& e) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    for (const AttributeBytes& a : e.attributes) json.push_back({{"name", a.name}, {"bytes", a.bytes}});
+    return json;
+}
+
+void print_attributes(const Encoded& e) {
+    for (const AttributeBytes& a : e.attributes) fmt::print("  {} bytes for attribute {}\n", a.bytes, a.name);
+    for (const std::string& name : e.left_out) fmt::print("  {} left out: a file holds {} fields\n", name, kMaxFields);
+    for (const std::string& name : e.cleaning.dropped_fields) fmt::print("  {} of the input is not kept\n", name);
+    if (e.cleaning.textured_vertices > 0)
+        fmt::print("  {} vertices coloured from images, which are not kept themselves\n", e.cleaning.textured_vertices);
+    for (const std::string& image : e.cleaning.missing_textures) fmt::print("  not read: {}\n", image);
+}
+
 void print_json(const Encoded& e, double seconds) {
+    std::vector<std::string> left_out = e.left_out;
+    left_out.insert(left_out.end(), e.cleaning.dropped_fields.begin(), e.cleaning.dropped_fields.end());
     const nlohmann::ordered_json json{{"input_vertices", e.input_vertices},
                                       {"input_faces", e.input_faces},
                                       {"parts", e.parts},
@@ -90,6 +109,10 @@ void print_json(const Encoded& e, double seconds) {
                                       {"bytes", e.file.size()},
                                       {"base_bytes", e.base_bytes},
                                       {"color_bytes", e.color_bytes},
+                                      {"attributes", attributes_json(e)},
+                                      {"left_out", left_out},
+                                      {"textured_vertices", e.cleaning.textured_vertices},
+                                      {"missing_textures", e.cleaning.missing_textures},
                                       {"original_bytes", e.original_bytes},
                                       {"rms", e.rms},
                                       {"max", e.max},
@@ -109,7 +132,7 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
     fmt::print("  {} parts, {} base faces, {} levels, {} vertices at the finest\n", e.parts, e.base_faces, e.levels,
                e.vertices);
     fmt::print("  rms error {:.2e} of the diagonal ({:.2f} dB), largest {:.2e}\n", e.rms, e.psnr, e.max);
-    if (e.color_bytes > 0) fmt::print("  {} bytes for colours\n", e.color_bytes);
+    print_attributes(e);
     if (e.original_bytes > 0) fmt::print("  {} bytes for the original mesh\n", e.original_bytes);
     if (e.draco_area_share > 0)
         fmt::print("  {:.1f} % of the surface coded by Draco alone\n", 100 * e.draco_area_share);
@@ -132,7 +155,11 @@ void encode_file(EncodeArguments& arguments) {
     options.transform.table1_weights = arguments.weights == "table1";
     options.progress = progress_line();
     CleanReport importing;
-    Mesh mesh = load_mesh(arguments.input, importing);
+    Mesh mesh = load_mesh(arguments.input, importing, arguments.texture);
+    if (!arguments.texture.empty() && importing.textured_vertices == 0)
+        throw Fatal{kFailure, arguments.texture +
+                                  ": colours nothing: it is no PNG or JPEG, or the mesh is no OBJ with " +
+                                  "texture coordinates"};
     const Result<Encoded> encoded = encode(std::move(mesh), options);
     end_progress();
     if (!encoded.ok()) throw Fatal{kFailure, arguments.input + ": " + encoded.error().message};
@@ -141,6 +168,10 @@ void encode_file(EncodeArguments& arguments) {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     Encoded report = *encoded;
     report.cleaning.triangulated_polygons += importing.triangulated_polygons;
+    report.cleaning.replaced_values += importing.replaced_values;
+    report.cleaning.dropped_fields = importing.dropped_fields;
+    report.cleaning.textured_vertices = importing.textured_vertices;
+    report.cleaning.missing_textures = importing.missing_textures;
     arguments.json ? print_json(report, seconds.count()) : print_text(arguments.output, report, seconds.count());
 }
 
@@ -168,9 +199,9 @@ void add_encode(CLI::App& app) {
     command->add_option("--tile-count", options.tile_count, "Tiles of each part (default: chosen from the model)")
         ->check(CLI::Range(1, 65535));
     command
-        ->add_option(
-            "--keep-original", options.keep_original,
-            "Also keep the input mesh (cleaned; without colours) with so many bits a coordinate; see decode --original")
+        ->add_option("--keep-original", options.keep_original,
+                     "Also keep the input mesh (cleaned; without attributes) with so many bits a coordinate; see "
+                     "decode --original")
         ->check(CLI::Range(1, 30));
     command
         ->add_option("--lossless", options.lossless,
@@ -187,6 +218,17 @@ void add_encode(CLI::App& app) {
         ->check(CLI::IsMember({"exact", "table1"}));
     command->add_option("--template", options.transform.loop_template, "Lifting template of loop: 4 or 10")
         ->check(CLI::IsMember({4, 10}));
+    command->add_option(
+        "--texture", arguments->texture,
+        "PNG or JPEG that colours the vertices of an .obj with texture coordinates that names no image");
+    command->add_flag("--normals", options.normals,
+                      "Code the input's normals, too (default: whoever draws the surface computes them)");
+    command->add_flag("!--no-scalars", options.scalars,
+                      "Leave out scalar fields of vertices (PLY properties, glTF's _NAME); by default eight are kept");
+    command
+        ->add_option("--field-error", options.field_error, "RMS error of scalar fields, a fraction of a field's range")
+        ->check(CLI::Range(1e-5, 1.0))
+        ->capture_default_str();
     command->add_option("--threads", options.threads, "Threads (default: all cores)")->check(CLI::Range(1, 256));
     command->add_flag("--json", arguments->json, "One JSON object of all figures");
     command->callback([arguments] { encode_file(*arguments); });

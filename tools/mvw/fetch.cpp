@@ -14,6 +14,7 @@
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
 #include "tools/mvw/commands.h"
+#include "tools/mvw/load.h"
 
 namespace mvw::cli {
 namespace {
@@ -135,6 +136,7 @@ void write_output(const FetchArguments& arguments, const client::Feed& feed, con
         return;
     }
     if (!mesh) throw Fatal{kFailure, arguments.url + ": what came holds no mesh: " + mesh.error().message};
+    warn_of_attributes(arguments.output, *mesh);
     if (Result<void> w = write_mesh(arguments.output, *mesh); !w) throw Fatal{kFailure, w.error().message};
 }
 

@@ -2,11 +2,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "codec/container/toc.h"
+#include "codec/dec_attribute.h"
 #include "codec/mesh/io/files.h"
 #include "codec/part_params.h"
 #include "codec/transform/transform.h"
@@ -49,18 +51,13 @@ std::string decibels(double error) {
     return error > 0 ? fmt::format("{:.2f} dB", -20 * std::log10(error)) : "exact";
 }
 
-const char* channel_name(Channel channel) {
-    switch (channel) {
-        case Channel::Base:
-            return "base";
-        case Channel::Geometry:
-            return "geometry";
-        case Channel::Color:
-            return "color";
-        case Channel::Original:
-            return "original";
-    }
-    return "unknown";
+std::string channel_name(Channel channel) {
+    constexpr std::array<const char*, 4> kNames{"base", "geometry", "color", "original"};
+    const auto number = static_cast<unsigned>(channel);
+    if (number < kNames.size()) return kNames[number];
+    if (channel == Channel::Attributes) return "attributes";
+    if (channel > Channel::Attributes) return "unknown";
+    return "field" + std::to_string(number - static_cast<unsigned>(Channel::FirstField));
 }
 
 /// The chunks of a file without its index that are there whole, with the errors that they state themselves.
@@ -84,37 +81,59 @@ Toc toc_of_heads(const FileHeader& header, ByteSpan file) {
     return toc;
 }
 
-/// The file's table; that of its beginning where its index is cut off or damaged, which is said.
-Toc load_toc(const std::string& path) {
-    const Result<Bytes> file = read_file(path);
+Bytes load_file(const std::string& path) {
+    Result<Bytes> file = read_file(path);
     if (!file.ok()) throw Fatal{kFailure, file.error().message};
-    const Result<FileHeader> header = read_header(*file);
+    return std::move(file).value();
+}
+
+/// The file's table; that of its beginning where its index is cut off or damaged, which is said.
+Toc load_toc(const std::string& path, const Bytes& file) {
+    const Result<FileHeader> header = read_header(file);
     if (!header.ok()) throw Fatal{kFailure, path + ": " + header.error().message};
-    const std::uint64_t there = file->size(), whole = header->file_bytes();
-    Result<Toc> toc =
-        there < whole ? Result<Toc>(Error{Errc::NeedMoreData, there, "cut"})
-                      : read_toc(*header, ByteSpan(*file).subspan(header->index_offset, header->index_bytes), whole);
+    const std::uint64_t there = file.size(), whole = header->file_bytes();
+    Result<Toc> toc = there < whole
+                          ? Result<Toc>(Error{Errc::NeedMoreData, there, "cut"})
+                          : read_toc(*header, ByteSpan(file).subspan(header->index_offset, header->index_bytes), whole);
     if (toc.ok()) return std::move(toc).value();
     if (there < whole)
         fmt::print(stderr, "mvw: {}: cut at byte {} of {}: these are the chunks before\n", path, there, whole);
     else
         fmt::print(stderr, "mvw: {}: {}: read from the chunks themselves\n", path, toc.error().message);
-    return toc_of_heads(*header, *file);
+    return toc_of_heads(*header, file);
 }
+
+/// An attribute by its name, and what its chunks take.
+struct AttributeSummary {
+    AttributeParams params;
+    std::uint64_t bytes = 0;
+};
 
 struct Summary {
     unsigned levels = 0, tiles = 0;
     std::uint64_t base_bytes = 0;
-    std::vector<std::string> attributes;
+    std::vector<AttributeSummary> attributes;
 };
 
-Summary summary_of(const Toc& toc) {
+AttributeSummary& entry_of(const AttributeParams& params, std::vector<AttributeSummary>& list) {
+    for (AttributeSummary& entry : list)
+        if (attribute_name(entry.params) == attribute_name(params)) return entry;
+    return list.emplace_back(AttributeSummary{params, 0});
+}
+
+Summary summary_of(const Toc& toc, ByteSpan file) {
     Summary s;
     for (const PartInfo& part : toc.header.parts)
         s.levels = std::max<unsigned>(s.levels, part.levels), s.tiles += part.tiles;
+    std::vector<std::vector<AttributeParams>> of_part(toc.header.parts.size());
     for (const ChunkEntry& c : toc.chunks) {
         if (c.id.channel == Channel::Base) s.base_bytes += c.length;
-        if (c.id.channel == Channel::Color && s.attributes.empty()) s.attributes.emplace_back("color");
+        if (c.id.channel == Channel::Attributes) {
+            auto attributes = read_attributes(file.subspan(c.offset, c.length), toc.header.parts[c.id.part]);
+            if (attributes.ok()) of_part[c.id.part] = std::move(*attributes);
+        }
+        for (const AttributeParams& a : of_part[c.id.part])
+            entry_of(a, s.attributes).bytes += a.channel == c.id.channel ? c.length : 0;
     }
     return s;
 }
@@ -124,8 +143,9 @@ std::string transform_of(const FileHeader& header) {
     return std::string(transform_name(TransformKind{header.transform}));
 }
 
-void print_json(const Toc& toc, bool chunks) {
-    const Summary s = summary_of(toc);
+void print_json(const Toc& toc, const Summary& s, bool chunks) {
+    std::vector<std::string> attributes;
+    for (const AttributeSummary& a : s.attributes) attributes.push_back(attribute_name(a.params));
     nlohmann::ordered_json json{{"version", toc.header.version},
                                 {"transform", transform_of(toc.header)},
                                 {"levels", s.levels},
@@ -133,7 +153,7 @@ void print_json(const Toc& toc, bool chunks) {
                                 {"layers", toc.header.layers},
                                 {"bytes", toc.header.file_bytes()},
                                 {"base_bytes", s.base_bytes},
-                                {"attributes", s.attributes},
+                                {"attributes", attributes},
                                 {"points", nlohmann::json::array()}};
     for (const RatePoint& p : points_of(toc))
         json["points"].push_back(nlohmann::ordered_json{{"bytes", p.bytes}, {"level", p.level}, {"error", p.error}});
@@ -150,14 +170,22 @@ void print_json(const Toc& toc, bool chunks) {
     fmt::print("{}\n", json.dump());
 }
 
-void print_text(const Toc& toc, bool chunks) {
-    const Summary s = summary_of(toc);
+void print_attribute(const AttributeSummary& a) {
+    fmt::print("attribute {}, {} bytes", attribute_name(a.params), a.bytes);
+    if (a.params.kind == AttributeKind::Scalar)
+        fmt::print(", from {:.6g} to {:.6g}", a.params.middle - a.params.range / 2,
+                   a.params.middle + a.params.range / 2);
+    fmt::print("\n");
+}
+
+void print_text(const Toc& toc, const Summary& s, bool chunks) {
     fmt::print("version {}, {} bytes, of these {} for base meshes\n", toc.header.version, toc.header.file_bytes(),
                s.base_bytes);
     fmt::print("transform {}, {} levels, {} tiles, {} layers, {} chunks\n", transform_of(toc.header), s.levels, s.tiles,
                toc.header.layers, toc.chunks.size());
     for (const PartInfo& part : toc.header.parts)
         fmt::print("part of {} levels over {} vertices, {} faces\n", part.levels, part.base_vertices, part.base_faces);
+    for (const AttributeSummary& a : s.attributes) print_attribute(a);
     fmt::print("\n{:>10}  level  error\n", "bytes");
     for (const RatePoint& p : points_of(toc)) fmt::print("{:>10}  {:>5}  {}\n", p.bytes, p.level, decibels(p.error));
     if (!chunks) return;
@@ -168,8 +196,10 @@ void print_text(const Toc& toc, bool chunks) {
 }
 
 void info(const InfoArguments& arguments) {
-    const Toc toc = load_toc(arguments.input);
-    arguments.json ? print_json(toc, arguments.chunks) : print_text(toc, arguments.chunks);
+    const Bytes file = load_file(arguments.input);
+    const Toc toc = load_toc(arguments.input, file);
+    const Summary summary = summary_of(toc, file);
+    arguments.json ? print_json(toc, summary, arguments.chunks) : print_text(toc, summary, arguments.chunks);
 }
 
 }  // namespace

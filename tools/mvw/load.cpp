@@ -15,8 +15,8 @@ Mesh load_mesh(const std::string& path) {
     return load_mesh(path, report);
 }
 
-Mesh load_mesh(const std::string& path, CleanReport& report) {
-    auto mesh = read_mesh(path, report);
+Mesh load_mesh(const std::string& path, CleanReport& report, const std::string& texture) {
+    auto mesh = read_mesh(path, report, texture);
     if (!mesh.ok()) throw Fatal{kFailure, mesh.error().message};
     return std::move(mesh).value();
 }
@@ -40,6 +40,13 @@ Mesh load_surface(const std::string& path, unsigned level) {
     if (!mesh.ok()) throw Fatal{kFailure, path + ": " + mesh.error().message};
     warn_of_file(path, decoder, file->size());
     return std::move(mesh).value();
+}
+
+void warn_of_attributes(const std::string& path, const Mesh& mesh) {
+    const auto format = mesh_format_of(path);
+    if (!format) return;
+    for (const std::string& name : left_out_by(*format, mesh))
+        fmt::print(stderr, "mvw: {}: the format cannot hold attribute {}: left out\n", path, name);
 }
 
 void warn_of_file(const std::string& path, const Decoder& decoder, std::uint64_t bytes) {

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -61,6 +62,13 @@ Result<Bytes> read_file(const std::string& path) {
         at += static_cast<std::size_t>(n);
     }
     return bytes;
+}
+
+Result<Bytes> read_file_below(const std::string* folder, std::string name) {
+    std::ranges::replace(name, '\\', '/');
+    if (folder == nullptr || name.empty() || name.front() == '/' || name.find("..") != std::string::npos)
+        return Error{Errc::InvalidArgument, 0, name + ": is not looked for outside of the mesh's folder"};
+    return read_file(*folder + name);
 }
 
 Result<void> write_file(const std::string& path, ByteSpan bytes) {

@@ -1,21 +1,24 @@
 // glTF 2.0, .gltf and .glb, through tinygltf: all triangles of the scene with their nodes' transforms applied.
 //
 // tinygltf reads the JSON and the buffers; it checks neither accessors against buffers nor the scene for cycles, and it
-// recurses into free-form values, so all of that is checked here. Textures are not decoded, skins and morph targets
-// left in rest position.
+// recurses into free-form values, so all of that is checked here. Where a material has an image for its base colour,
+// all vertices get their material's colour, times the image where it has one. Skins and morph targets are left in rest
+// position.
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/formats.h"
+#include "codec/mesh/io/gltf_accessor.h"
+#include "codec/mesh/io/gltf_paint.h"
+#include "codec/mesh/io/srgb.h"
 #include "codec/mesh/io/text.h"
 
 namespace mvw {
@@ -39,6 +42,11 @@ struct Affine {
     [[nodiscard]] Vec3 linear(const Vec3& p) const { return {dot(row[0], p), dot(row[1], p), dot(row[2], p)}; }
     [[nodiscard]] Vec3 operator()(const Vec3& p) const { return linear(p) + shift; }
     [[nodiscard]] double determinant() const { return dot(row[0], cross(row[1], row[2])); }
+    /// Along the normal of a surface that is mapped, where `n` is along it before.
+    [[nodiscard]] Vec3 normal(const Vec3& n) const {
+        const Vec3 m{dot(cross(row[1], row[2]), n), dot(cross(row[2], row[0]), n), dot(cross(row[0], row[1]), n)};
+        return determinant() < 0 ? -m : m;
+    }
     /// First `inner`, then this.
     [[nodiscard]] Affine after(const Affine& inner) const {
         Affine out;
@@ -69,118 +77,11 @@ Affine transform_of(const tinygltf::Node& node) {
     return out;
 }
 
-/// glTF colours are linear, ours sRGB (IEC 61966-2-1).
-double to_srgb(double linear) {
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-std::uint8_t to_byte(double fraction) {
-    return static_cast<std::uint8_t>(std::lround(255 * std::min(std::max(fraction, 0.0), 1.0)));
-}
-
-/// An accessor's numbers, checked to lie inside of its buffer.
-struct Values {
-    const unsigned char* data = nullptr;
-    std::size_t count = 0, stride = 0, components = 0;
-    int type = 0;
-    bool normalized = false;
-
-    [[nodiscard]] double at(std::size_t row, std::size_t component) const {
-        const unsigned char* from = data + row * stride;
-        switch (type) {
-            case TINYGLTF_COMPONENT_TYPE_BYTE:
-                return normalized ? std::max(load<std::int8_t>(from, component) / 127.0, -1.0)
-                                  : load<std::int8_t>(from, component);
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-                return load<std::uint8_t>(from, component) / (normalized ? 255.0 : 1.0);
-            case TINYGLTF_COMPONENT_TYPE_SHORT:
-                return normalized ? std::max(load<std::int16_t>(from, component) / 32767.0, -1.0)
-                                  : load<std::int16_t>(from, component);
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-                return load<std::uint16_t>(from, component) / (normalized ? 65535.0 : 1.0);
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-                return load<std::uint32_t>(from, component);
-            default:
-                return load<float>(from, component);
-        }
-    }
-
- private:
-    template <typename T>
-    static double load(const unsigned char* from, std::size_t component) {
-        T value;
-        std::memcpy(&value, from + component * sizeof(T), sizeof(T));
-        return static_cast<double>(value);
-    }
-};
-
-std::size_t component_bytes(int type) {
-    switch (type) {
-        case TINYGLTF_COMPONENT_TYPE_BYTE:
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-            return 1;
-        case TINYGLTF_COMPONENT_TYPE_SHORT:
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-            return 2;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        case TINYGLTF_COMPONENT_TYPE_FLOAT:
-            return 4;
-        default:
-            return 0;
-    }
-}
-
-std::size_t components_of(int type) {
-    switch (type) {
-        case TINYGLTF_TYPE_SCALAR:
-            return 1;
-        case TINYGLTF_TYPE_VEC3:
-            return 3;
-        case TINYGLTF_TYPE_VEC4:
-            return 4;
-        default:
-            return 0;
-    }
-}
-
-template <typename T>
-bool in_range(int index, const std::vector<T>& list) {
-    return index >= 0 && static_cast<std::size_t>(index) < list.size();
-}
-
-Result<Values> open_accessor(const tinygltf::Model& model, int index) {
-    if (!in_range(index, model.accessors)) return malformed(fmt::format("there is no accessor {}", index));
-    const tinygltf::Accessor& accessor = model.accessors[static_cast<std::size_t>(index)];
-    if (accessor.sparse.isSparse) return Error{Errc::Unsupported, 0, "uses sparse accessors, which are not known"};
-    if (!in_range(accessor.bufferView, model.bufferViews))
-        return malformed(fmt::format("accessor {} has no data", index));
-    const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-    if (!in_range(view.buffer, model.buffers))
-        return malformed(fmt::format("buffer view {} has no buffer", accessor.bufferView));
-    const std::vector<unsigned char>& buffer = model.buffers[static_cast<std::size_t>(view.buffer)].data;
-
-    Values values;
-    values.type = accessor.componentType;
-    values.normalized = accessor.normalized;
-    values.count = accessor.count;
-    values.components = components_of(accessor.type);
-    const std::size_t row = values.components * component_bytes(values.type);
-    values.stride = view.byteStride == 0 ? row : view.byteStride;
-    if (row == 0) return malformed(fmt::format("accessor {} is of an unexpected type", index));
-    // Each term is compared before it is used, so that no sum can overflow.
-    const bool inside = view.byteOffset <= buffer.size() && view.byteLength <= buffer.size() - view.byteOffset &&
-                        accessor.byteOffset <= view.byteLength && values.stride <= 252 &&
-                        (values.count == 0 || row <= view.byteLength - accessor.byteOffset) &&
-                        (values.count <= 1 || values.count - 1 <= (view.byteLength - accessor.byteOffset - row) /
-                                                                      std::max<std::size_t>(1, values.stride));
-    if (!inside) return malformed(fmt::format("accessor {} reaches beyond its buffer", index));
-    values.data = buffer.data() + view.byteOffset + accessor.byteOffset;
-    return values;
-}
-
 /// Gathers the scene's triangles.
 class SceneReader {
  public:
-    SceneReader(const tinygltf::Model& model, std::uint64_t budget) : model_(model), budget_(budget) {}
+    SceneReader(const tinygltf::Model& model, std::uint64_t budget)
+        : model_(model), budget_(budget), paints_(model), painted_(paints_.any_texture()) {}
 
     Result<Polygons> read() {
         std::vector<std::pair<int, Affine>> open;  // nodes to visit
@@ -206,10 +107,19 @@ class SceneReader {
             for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
                 open.emplace_back(*child, here);
         }
+        out_.textured = painted_ && !out_.positions.empty();
+        out_.missing_textures = paints_.missing();
         return std::move(out_);
     }
 
  private:
+    /// What a primitive says of its vertices: accessors, -1 for none.
+    struct Vertices {
+        int position = -1, color = -1, normal = -1, coordinates = -1, material = -1;  // the last two where painted_
+        std::vector<std::pair<std::string, int>> scalars;                             // by attribute name
+        friend auto operator<=>(const Vertices&, const Vertices&) = default;
+    };
+
     /// The chosen scene's roots, last first; of a file without scenes the nodes that are nobody's child.
     [[nodiscard]] std::vector<int> roots() const {
         std::vector<int> roots;
@@ -236,41 +146,109 @@ class SceneReader {
 
     Result<void> add_mesh(const tinygltf::Mesh& mesh, const Affine& to_world) {
         // Primitives of one mesh often share their vertices: each set is placed once.
-        std::map<std::pair<int, int>, std::uint32_t> placed;
+        std::map<Vertices, std::uint32_t> placed;
         for (const tinygltf::Primitive& primitive : mesh.primitives) {
             const bool strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP;
             const bool fan = primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
             if (!strip && !fan && primitive.mode != TINYGLTF_MODE_TRIANGLES) continue;  // points and lines
-            const auto position = primitive.attributes.find("POSITION"), color = primitive.attributes.find("COLOR_0");
-            if (position == primitive.attributes.end()) continue;  // nothing to draw, says the specification
-            const std::pair<int, int> key{position->second, color == primitive.attributes.end() ? -1 : color->second};
-            const auto [place, is_new] = placed.try_emplace(key, static_cast<std::uint32_t>(out_.positions.size()));
+            const Vertices vertices = vertices_of(primitive);
+            if (vertices.position < 0) continue;  // nothing to draw, says the specification
+            const auto [place, is_new] =
+                placed.try_emplace(vertices, static_cast<std::uint32_t>(out_.positions.size()));
             if (is_new)
-                if (const auto done = add_vertices(key.first, key.second, to_world); !done) return done.error();
-            if (const auto done = add_triangles(primitive, key.first, place->second, to_world.determinant() < 0); !done)
+                if (const auto done = add_vertices(vertices, to_world); !done) return done.error();
+            if (const auto done =
+                    add_triangles(primitive, vertices.position, place->second, to_world.determinant() < 0);
+                !done)
                 return done.error();
         }
         return {};
     }
 
-    Result<void> add_vertices(int position, int color, const Affine& to_world) {
-        const Result<Values> points = open_accessor(model_, position);
+    [[nodiscard]] Vertices vertices_of(const tinygltf::Primitive& primitive) const {
+        const auto accessor = [&](const std::string& name) {
+            const auto found = primitive.attributes.find(name);
+            return found == primitive.attributes.end() ? -1 : found->second;
+        };
+        Vertices out{accessor("POSITION"), accessor("COLOR_0"), accessor("NORMAL"), -1, -1, {}};
+        if (painted_) {
+            out.coordinates = accessor(paints_.of(primitive.material).coordinates);
+            out.material = primitive.material;
+        }
+        for (const auto& [name, index] : primitive.attributes)
+            if (name.size() > 1 && name[0] == '_') out.scalars.emplace_back(name, index);
+        return out;
+    }
+
+    Result<void> add_vertices(const Vertices& vertices, const Affine& to_world) {
+        const Result<Values> points = open_accessor(model_, vertices.position);
         if (!points) return points.error();
         if (points->components != 3) return malformed("positions do not have three coordinates");
         if (!spend(points->count)) return over_budget();
+        const std::size_t first = out_.positions.size();
         for (std::size_t v = 0; v < points->count; ++v)
             out_.positions.push_back(to_world({points->at(v, 0), points->at(v, 1), points->at(v, 2)}));
-        if (color < 0) return {};
-        const Result<Values> colors = open_accessor(model_, color);
-        if (!colors) return colors.error();
-        if (colors->count != points->count || colors->components < 3)
-            return malformed("colours do not fit their vertices");
-        out_.colors.resize(out_.positions.size() - points->count);  // white where earlier primitives have none
-        for (std::size_t v = 0; v < colors->count; ++v) {
-            const double alpha = colors->components > 3 ? colors->at(v, 3) : 1;
-            out_.colors.push_back({to_byte(to_srgb(colors->at(v, 0))), to_byte(to_srgb(colors->at(v, 1))),
-                                   to_byte(to_srgb(colors->at(v, 2))), to_byte(alpha)});
+        if (const auto done = add_colors(vertices, first); !done) return done;
+        if (vertices.normal >= 0)
+            if (const auto done = add_normals(vertices.normal, to_world, first); !done) return done;
+        for (const auto& [name, accessor] : vertices.scalars)
+            if (const auto done = add_scalar(name, accessor, first); !done) return done;
+        return {};
+    }
+
+    /// Those of an accessor with a row for each vertex from `first` on; `least` numbers a row.
+    Result<Values> open_of_vertices(int accessor, std::size_t first, std::size_t least, const char* what) {
+        Result<Values> values = open_accessor(model_, accessor);
+        if (values && (values->count != out_.positions.size() - first || values->components < least))
+            return malformed(fmt::format("{} do not fit their vertices", what));
+        return values;
+    }
+
+    Result<void> add_colors(const Vertices& vertices, std::size_t first) {
+        if (vertices.color < 0 && !painted_) return {};
+        Values colors, coordinates;
+        if (vertices.color >= 0) {
+            const Result<Values> opened = open_of_vertices(vertices.color, first, 3, "colours");
+            if (!opened) return opened.error();
+            colors = *opened;
         }
+        if (vertices.coordinates >= 0) {
+            const Result<Values> opened = open_of_vertices(vertices.coordinates, first, 2, "texture coordinates");
+            if (!opened) return opened.error();
+            coordinates = *opened;
+        }
+        GltfPaint paint = paints_.of(vertices.material);
+        if (coordinates.count == 0) paint.texture.reset();
+        out_.colors.resize(first);  // white where earlier primitives have none
+        for (std::size_t v = 0; v < out_.positions.size() - first; ++v) {
+            std::array<double, 4> c =
+                paint.texture ? paint.at(coordinates.at(v, 0), coordinates.at(v, 1)) : paint.factor;
+            for (std::size_t k = 0; k < colors.components; ++k) c[k] *= colors.at(v, k);
+            out_.colors.push_back(
+                {to_byte(to_srgb(c[0])), to_byte(to_srgb(c[1])), to_byte(to_srgb(c[2])), to_byte(c[3])});
+        }
+        return {};
+    }
+
+    Result<void> add_normals(int accessor, const Affine& to_world, std::size_t first) {
+        const Result<Values> normals = open_of_vertices(accessor, first, 3, "normals");
+        if (!normals) return normals.error();
+        const auto field = field_of(out_, FieldKind::Normals, "");
+        for (std::size_t v = 0; field && v < normals->count; ++v) {
+            const Vec3 n = to_world.normal({normals->at(v, 0), normals->at(v, 1), normals->at(v, 2)});
+            set_value(out_.fields[*field], first + v, std::array{n.x, n.y, n.z});
+        }
+        return {};
+    }
+
+    /// Attributes of other sizes are not kept.
+    Result<void> add_scalar(const std::string& name, int accessor, std::size_t first) {
+        const Result<Values> values = open_of_vertices(accessor, first, 1, "numbers");
+        if (!values) return values.error();
+        if (values->components > 1) return drop_field(out_, name.substr(0, kMaxFieldName)), Result<void>{};
+        const auto field = field_of(out_, FieldKind::Scalar, name.substr(1));
+        for (std::size_t v = 0; field && v < values->count; ++v)
+            set_value(out_.fields[*field], first + v, std::array{values->at(v, 0)});
         return {};
     }
 
@@ -316,6 +294,8 @@ class SceneReader {
 
     const tinygltf::Model& model_;
     std::uint64_t budget_;
+    const GltfPaints paints_;
+    const bool painted_;  // whether vertices get their materials' colours
     Polygons out_;
 };
 
@@ -361,22 +341,18 @@ Result<void> check_json(std::string_view json) {
     return check_buffers(json);
 }
 
-// tinygltf asks these for outer buffers. They see the folder of the .gltf and what is below it, nothing else;
-// the folder, ending in a slash, comes through `data`, null for bytes in memory.
-bool may_open(const std::string& path, void* data) {
-    const std::string* folder = static_cast<const std::string*>(data);
-    return folder != nullptr && path.compare(0, folder->size(), *folder) == 0 &&
-           path.find("..", folder->size()) == std::string::npos;
-}
-bool file_exists(const std::string& path, void* data) {
-    return may_open(path, data);
+// tinygltf asks these for outer buffers and images. They see the folder of the .gltf and what is below it, nothing
+// else; it comes through `data`, as Surroundings.
+bool file_exists(const std::string&, void* data) {
+    return static_cast<const Surroundings*>(data)->folder != nullptr;
 }
 std::string same_path(const std::string& path, void*) {
     return path;
 }
 bool read_whole_file(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* data) {
-    if (!may_open(path, data)) return false;
-    const Result<Bytes> bytes = read_file(path);
+    const std::string* folder = static_cast<const Surroundings*>(data)->folder;
+    if (folder == nullptr || !path.starts_with(*folder)) return false;
+    const Result<Bytes> bytes = read_file_below(folder, path.substr(folder->size()));
     if (!bytes) return *error = bytes.error().message, false;
     const auto* begin = reinterpret_cast<const unsigned char*>(bytes->data());
     out->assign(begin, begin + bytes->size());
@@ -385,18 +361,21 @@ bool read_whole_file(std::vector<unsigned char>* out, std::string* error, const 
 bool write_no_file(std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
     return false;
 }
-bool skip_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
+/// Keeps the bytes of images that come in files or in the JSON; those in buffers are opened later, with checks.
+bool keep_image(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size,
+                void*) {
+    if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
     return true;
 }
 
-Result<void> load(ByteSpan bytes, bool binary, const std::string* folder, tinygltf::Model& model) {
+Result<void> load(ByteSpan bytes, bool binary, const Surroundings& around, tinygltf::Model& model) {
     tinygltf::TinyGLTF loader;
-    loader.SetImageLoader(skip_image, nullptr);
-    loader.SetFsCallbacks({file_exists, same_path, read_whole_file, write_no_file, const_cast<std::string*>(folder)});
+    loader.SetImageLoader(keep_image, nullptr);
+    loader.SetFsCallbacks({file_exists, same_path, read_whole_file, write_no_file, const_cast<Surroundings*>(&around)});
     std::string error, warning;
     bool loaded = false;
     const auto size = static_cast<unsigned>(bytes.size());
-    const std::string base = folder != nullptr ? *folder : "";
+    const std::string base = around.folder != nullptr ? *around.folder : "";
     try {
         loaded = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
                                                       reinterpret_cast<const unsigned char*>(bytes.data()), size, base)
@@ -412,11 +391,11 @@ Result<void> load(ByteSpan bytes, bool binary, const std::string* folder, tinygl
 
 }  // namespace
 
-Result<Polygons> read_gltf(ByteSpan bytes, bool binary, const std::string* folder) {
+Result<Polygons> read_gltf(ByteSpan bytes, bool binary, const Surroundings& around) {
     if (bytes.size() > 0xFFFFFFFFu) return Error{Errc::LimitExceeded, 0, "is over 4 GB, which glTF does not allow"};
     if (const auto fine = check_json(json_of(as_text(bytes), binary)); !fine) return fine.error();
     tinygltf::Model model;
-    if (const auto loaded = load(bytes, binary, folder, model); !loaded) return loaded.error();
+    if (const auto loaded = load(bytes, binary, around, model); !loaded) return loaded.error();
     for (const std::string& name : model.extensionsRequired)
         if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression")
             return Error{Errc::Unsupported, 0, "needs the extension " + name + ", which is not known"};

@@ -7,16 +7,15 @@
 #include <sstream>
 
 #include "codec/mesh/io/formats.h"
+#include "codec/mesh/io/srgb.h"
 #include "codec/mesh/io/text.h"
 
 namespace mvw {
 namespace {
 
-/// glTF colours are linear, ours sRGB (IEC 61966-2-1); 16 bits keep all 256 steps apart.
+/// glTF colours are linear, ours sRGB; 16 bits keep all 256 steps apart.
 std::uint16_t to_linear16(std::uint8_t channel) {
-    const double srgb = channel / 255.0;
-    const double linear = srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
-    return static_cast<std::uint16_t>(std::lround(65535 * linear));
+    return static_cast<std::uint16_t>(std::lround(65535 * to_linear(channel / 255.0)));
 }
 
 /// Builds the model's one buffer, a view and an accessor at a time.
@@ -70,6 +69,14 @@ int add_colors(ModelBuilder& builder, const Mesh& mesh) {
                        mesh.colors.size(), true);
 }
 
+int add_field(ModelBuilder& builder, const VertexField& field) {
+    const std::size_t begin = builder.bytes.size();
+    for (const double x : field.values) builder.bytes.f32(static_cast<float>(x));
+    return builder.add(begin, TINYGLTF_TARGET_ARRAY_BUFFER, TINYGLTF_COMPONENT_TYPE_FLOAT,
+                       field.kind == FieldKind::Normals ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_SCALAR,
+                       field.values.size() / field.components());
+}
+
 int add_indices(ModelBuilder& builder, const Mesh& mesh, const std::vector<std::size_t>& faces) {
     const std::size_t begin = builder.bytes.size();
     for (const std::size_t f : faces)
@@ -101,6 +108,9 @@ Result<Bytes> write_glb(const Mesh& mesh) {
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.attributes["POSITION"] = add_positions(builder, mesh, origin);
     if (!mesh.colors.empty()) primitive.attributes["COLOR_0"] = add_colors(builder, mesh);
+    for (const VertexField& field : mesh.fields)
+        primitive.attributes[field.kind == FieldKind::Normals ? "NORMAL" : "_" + field.name] =
+            add_field(builder, field);
     tinygltf::Mesh shape;
     for (const auto& [label, faces] : faces_by_material(mesh)) {
         primitive.indices = add_indices(builder, mesh, faces);

@@ -22,26 +22,26 @@ Error of_file(const std::string& path, Error error) {
     return error;
 }
 
-Result<Polygons> read_polygons(ByteSpan bytes, MeshFormat format, const std::string* folder) {
+Result<Polygons> read_polygons(ByteSpan bytes, MeshFormat format, const Surroundings& around) {
     switch (format) {
         case MeshFormat::Ply:
             return read_ply(bytes);
         case MeshFormat::Obj:
-            return read_obj(bytes);
+            return read_obj(bytes, around);
         case MeshFormat::Stl:
             return read_stl(bytes);
         case MeshFormat::Off:
             return read_off(bytes);
         case MeshFormat::Gltf:
         case MeshFormat::Glb:
-            return read_gltf(bytes, format == MeshFormat::Glb, folder);
+            return read_gltf(bytes, format == MeshFormat::Glb, around);
     }
     return Error{Errc::InvalidArgument, 0, "is of no known format"};
 }
 
-Result<Mesh> read_bytes(ByteSpan bytes, MeshFormat format, const std::string* folder, CleanReport& report) {
+Result<Mesh> read_bytes(ByteSpan bytes, MeshFormat format, const Surroundings& around, CleanReport& report) {
     if (bytes.empty()) return Error{Errc::Malformed, 0, "is empty"};
-    Result<Polygons> polygons = read_polygons(bytes, format, folder);
+    Result<Polygons> polygons = read_polygons(bytes, format, around);
     if (!polygons) return polygons.error();
     return to_mesh(std::move(polygons).value(), report);
 }
@@ -61,6 +61,29 @@ bool needs_double(const Mesh& mesh) {
                        [&](const Vec3& p) { return !(length(p - to_double(to_float(p))) <= allowed); });
 }
 
+const VertexField* normals_of(const Mesh& mesh) {
+    const auto found = std::ranges::find(mesh.fields, FieldKind::Normals, &VertexField::kind);
+    return found != mesh.fields.end() ? &*found : nullptr;
+}
+
+std::vector<std::string> left_out_by(MeshFormat format, const Mesh& mesh) {
+    const bool everything = format == MeshFormat::Ply || format == MeshFormat::Glb || format == MeshFormat::Gltf;
+    std::vector<std::string> names;
+    if (!mesh.colors.empty() && format == MeshFormat::Stl) names.emplace_back("color");
+    for (const VertexField& field : mesh.fields)
+        if (field.kind == FieldKind::Scalar ? !everything : !everything && format != MeshFormat::Obj)
+            names.push_back(field.kind == FieldKind::Scalar ? field.name : "normal");
+    return names;
+}
+
+bool needs_double(const VertexField& field) {
+    if (field.kind == FieldKind::Normals || field.values.empty()) return false;
+    const auto [least, most] = std::ranges::minmax(field.values);
+    const double allowed = 1e-6 * (most - least);
+    return std::ranges::any_of(
+        field.values, [&](double x) { return !(std::abs(x - static_cast<double>(static_cast<float>(x))) <= allowed); });
+}
+
 std::optional<MeshFormat> mesh_format_of(const std::string& path) {
     const std::size_t dot = path.find_last_of("./");
     if (dot == std::string::npos) return {};
@@ -73,16 +96,18 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path) {
 }
 
 Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanReport& report) {
-    return read_bytes(bytes, format, nullptr, report);
+    return read_bytes(bytes, format, {}, report);
 }
 
-Result<Mesh> read_mesh(const std::string& path, CleanReport& report) {
+Result<Mesh> read_mesh(const std::string& path, CleanReport& report, const std::string& texture) {
     const auto format = mesh_format_of(path);
     if (!format) return unknown_format(path);
     const Result<Bytes> bytes = read_file(path);
     if (!bytes) return bytes.error();
     const std::string folder = path.find('/') == std::string::npos ? "./" : path.substr(0, path.rfind('/') + 1);
-    Result<Mesh> mesh = read_bytes(*bytes, *format, &folder, report);
+    Result<Bytes> image = texture.empty() ? Result<Bytes>(Bytes{}) : read_file(texture);
+    if (!image) return image.error();
+    Result<Mesh> mesh = read_bytes(*bytes, *format, {&folder, *image}, report);
     if (!mesh) return of_file(path, mesh.error());
     return mesh;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "codec/bytes.h"
 #include "codec/mesh/clean.h"
@@ -21,7 +22,13 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path);
 /// Reads a mesh: polygons triangulated (counted in the report), not cleaned otherwise. Colours are those of vertices;
 /// materials are labels, present where a file uses more than one. Errors name the file and the reason: missing,
 /// unreadable, truncated, no faces, an index out of range, a coordinate that is not finite.
-Result<Mesh> read_mesh(const std::string& path, CleanReport& report);
+///
+/// Fields are the scalar properties of PLY vertices, glTF's _NAME attributes of one number, and normals; OBJ's corners
+/// give their vertex the mean of their normals. Where a material has an image for its colour (OBJ's map_Kd, glTF's
+/// baseColorTexture; PNG or JPEG), vertices get the image's colour at their place times the material's own, and the
+/// mean of their corners' where seams give them several. texture: an image for OBJ files with texture coordinates that
+/// name none.
+Result<Mesh> read_mesh(const std::string& path, CleanReport& report, const std::string& texture = {});
 
 /// The same of bytes in memory, for files that never were one. A .gltf may name no outer buffers then. Any bytes give
 /// a mesh or an error; memory stays in proportion to their number.
@@ -30,8 +37,13 @@ Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanRepor
 /// Writes beside the final name, then renames. Positions are
 /// float32 in STL. So in PLY and GLB, unless that moves a vertex by over 1e-6 of the diagonal: then PLY has doubles and
 /// GLB counts from the box's centre. OBJ and OFF hold decimals that read back as the same doubles. Colours are kept but
-/// in STL (in OBJ without alpha), materials in OBJ and GLB. A .gltf is not written: ask for .glb.
+/// in STL (in OBJ without alpha), materials in OBJ and GLB, normals in PLY, OBJ and GLB, scalars in PLY (doubles where
+/// float32 would change one by over 1e-6 of its range) and GLB (float32, as _NAME). A .gltf is not written: ask for
+/// .glb.
 Result<void> write_mesh(const std::string& path, const Mesh& mesh);
+
+/// Names of attributes of the mesh that files of the format do not hold.
+std::vector<std::string> left_out_by(MeshFormat format, const Mesh& mesh);
 
 /// The bytes that write_mesh() puts into a file of that format.
 Result<Bytes> write_mesh_to_memory(const Mesh& mesh, MeshFormat format);

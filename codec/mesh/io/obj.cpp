@@ -1,15 +1,21 @@
-// Wavefront OBJ: tinyobjloader finds vertices, faces and materials; texture and normal indices are left out, so that
-// seams stay closed.
+// Wavefront OBJ: tinyobjloader finds vertices, faces and materials. Corners of one vertex with texture coordinates or
+// normals of their own stay one vertex, so that seams stay closed: it gets the mean of their colours and normals.
 #include <fmt/format.h>
 
+#include <array>
 #include <exception>
 #include <istream>
 #include <iterator>
 #include <map>
+#include <memory>
+#include <set>
 #include <streambuf>
 
+#include "codec/mesh/io/files.h"
 #include "codec/mesh/io/formats.h"
+#include "codec/mesh/io/srgb.h"
 #include "codec/mesh/io/text.h"
+#include "codec/mesh/io/texture.h"
 
 // Compiled here for real_t = double: the shared library is built for float.
 #define TINYOBJLOADER_USE_DOUBLE
@@ -28,11 +34,89 @@ class MemoryBuffer : public std::streambuf {
     }
 };
 
+/// A material's colour and the image that it is multiplied with.
+struct Paint {
+    std::array<double, 3> color{1, 1, 1};  // sRGB fractions
+    std::shared_ptr<const Texture> texture;
+    Texture::Wrap wrap = Texture::Wrap::Repeat;
+    std::array<double, 2> offset{}, scale{1, 1};
+};
+
+/// Reads material libraries and their images from the mesh's folder; those that cannot be read are named, no error.
+class PaintReader : public tinyobj::MaterialReader {
+ public:
+    PaintReader(const Surroundings& around, std::vector<std::string>& missing) : around_(around), missing_(missing) {}
+
+    bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
+                    std::map<std::string, int>* numbers, std::string* warning, std::string* error) override {
+        const Result<Bytes> file = read_file_below(around_.folder, name);
+        if (!file && around_.folder != nullptr) missing_.push_back(file.error().message);
+        if (!file) return false;
+        MemoryBuffer buffer(*file);
+        std::istream stream(&buffer);
+        const std::size_t first = materials->size();
+        tinyobj::LoadMtl(numbers, materials, &stream, warning, error);
+        const std::set<std::string> with_color = materials_with_color(as_text(*file));
+        for (std::size_t m = first; m < materials->size(); ++m)
+            paints_.emplace((*materials)[m].name, paint_of((*materials)[m], with_color.contains((*materials)[m].name)));
+        return true;
+    }
+    /// By material name.
+    [[nodiscard]] const std::map<std::string, Paint>& paints() const { return paints_; }
+
+ private:
+    /// tinyobjloader gives textured materials without a colour (Kd) a grey one.
+    static std::set<std::string> materials_with_color(std::string_view text) {
+        std::set<std::string> names;
+        std::string_view name;
+        for (Lines lines(text); lines.remaining() > 0;) {
+            std::string_view line = lines.next();
+            const std::string_view word = next_word(line);
+            if (word == "newmtl") name = next_word(line);
+            if (word == "Kd") names.emplace(name);
+        }
+        return names;
+    }
+    Paint paint_of(const tinyobj::material_t& material, bool has_color) {
+        Paint paint;
+        const auto& kd = material.diffuse;
+        // Black would leave nothing of an image, so it is not meant.
+        if (has_color && (material.diffuse_texname.empty() || kd[0] + kd[1] + kd[2] > 0))
+            paint.color = {kd[0], kd[1], kd[2]};
+        if (material.diffuse_texname.empty()) return paint;
+        paint.texture = texture_of(material.diffuse_texname);
+        const tinyobj::texture_option_t& option = material.diffuse_texopt;
+        if (option.clamp) paint.wrap = Texture::Wrap::Clamp;
+        paint.offset = {option.origin_offset[0], option.origin_offset[1]};
+        paint.scale = {option.scale[0], option.scale[1]};
+        return paint;
+    }
+    std::shared_ptr<const Texture> texture_of(const std::string& name) {
+        const auto [known, is_new] = textures_.try_emplace(name);
+        if (!is_new) return known->second;
+        const Result<Bytes> file = read_file_below(around_.folder, name);
+        Result<Texture> texture = file ? Texture::decode(*file) : Result<Texture>(file.error());
+        if (texture)
+            known->second = std::make_shared<const Texture>(std::move(*texture));
+        else
+            missing_.push_back(name + ": " + texture.error().message);
+        return known->second;
+    }
+
+    const Surroundings& around_;
+    std::vector<std::string>& missing_;
+    std::map<std::string, std::shared_ptr<const Texture>> textures_;
+    std::map<std::string, Paint> paints_;
+};
+
 /// What tinyobjloader's callbacks gather.
 struct Gathered {
     Polygons polygons;
     std::map<std::string, std::uint32_t> labels;  // of material names, by first use
     std::uint32_t label = 0;
+    std::vector<std::array<double, 2>> coordinates;  // of textures
+    std::vector<Vec3> normals;
+    std::vector<std::uint32_t> corner_coordinate, corner_normal;  // of polygons.corners; kBadIndex where there is none
 };
 
 /// OBJ counts from 1, or from -1 back from the vertex given last.
@@ -47,19 +131,81 @@ tinyobj::callback_t callbacks() {
     to.vertex_cb = [](void* data, double x, double y, double z, double) {
         static_cast<Gathered*>(data)->polygons.positions.push_back({x, y, z});
     };
+    to.texcoord_cb = [](void* data, double u, double v, double) {
+        static_cast<Gathered*>(data)->coordinates.push_back({u, v});
+    };
+    to.normal_cb = [](void* data, double x, double y, double z) {
+        static_cast<Gathered*>(data)->normals.push_back({x, y, z});
+    };
     to.index_cb = [](void* data, tinyobj::index_t* indices, int count) {
-        auto& [polygons, labels, label] = *static_cast<Gathered*>(data);
-        for (int i = 0; i < count; ++i)
-            polygons.corners.push_back(to_index(indices[i].vertex_index, polygons.positions.size()));
-        polygons.end_polygon();
-        polygons.materials.push_back(label);
+        Gathered& g = *static_cast<Gathered*>(data);
+        for (int i = 0; i < count; ++i) {
+            g.polygons.corners.push_back(to_index(indices[i].vertex_index, g.polygons.positions.size()));
+            g.corner_coordinate.push_back(to_index(indices[i].texcoord_index, g.coordinates.size()));
+            g.corner_normal.push_back(to_index(indices[i].normal_index, g.normals.size()));
+        }
+        g.polygons.end_polygon();
+        g.polygons.materials.push_back(g.label);
     };
     to.usemtl_cb = [](void* data, const char* name, int) {
-        auto& [polygons, labels, label] = *static_cast<Gathered*>(data);
+        Gathered& g = *static_cast<Gathered*>(data);
         // 0 is for faces before the first usemtl.
-        label = labels.emplace(name, static_cast<std::uint32_t>(labels.size()) + 1).first->second;
+        g.label = g.labels.emplace(name, static_cast<std::uint32_t>(g.labels.size()) + 1).first->second;
     };
     return to;
+}
+
+/// A vertex' normal is the mean of those that its corners name.
+void add_normals(Gathered& g) {
+    std::vector<double> sums(3 * g.polygons.positions.size(), 0);
+    bool any = false;
+    for (std::size_t i = 0; i < g.polygons.corners.size(); ++i) {
+        const std::uint32_t v = g.polygons.corners[i], n = g.corner_normal[i];
+        if (v >= g.polygons.positions.size() || n >= g.normals.size()) continue;
+        const Vec3 unit = normalized(g.normals[n]);
+        for (std::size_t k = 0; k < 3; ++k) sums[3 * v + k] += unit[k];
+        any = true;
+    }
+    if (any) g.polygons.fields.push_back({FieldKind::Normals, "", std::move(sums)});
+}
+
+/// The paint of each label; where no material has an image, that of `around` on all.
+std::vector<Paint> paints_by_label(const Gathered& g, const std::map<std::string, Paint>& by_name,
+                                   const Surroundings& around, std::vector<std::string>& missing) {
+    std::vector<Paint> paints(g.labels.size() + 1);
+    for (const auto& [name, label] : g.labels)
+        if (const auto known = by_name.find(name); known != by_name.end()) paints[label] = known->second;
+    const bool painted = std::ranges::any_of(paints, [](const Paint& p) { return p.texture != nullptr; });
+    if (painted || around.texture.empty()) return paints;
+    Result<Texture> texture = Texture::decode(around.texture);
+    if (!texture) missing.push_back(texture.error().message);
+    if (!texture) return paints;
+    const auto shared = std::make_shared<const Texture>(std::move(*texture));
+    for (Paint& p : paints) p.texture = shared;
+    return paints;
+}
+
+/// Colours of vertices from their corners' places in the images, if any polygon has one; else they stay as they are.
+void add_texture_colors(const std::vector<Paint>& paints, Gathered& g) {
+    CornerColors colors(g.polygons.positions.size());
+    std::uint64_t sampled = 0;
+    for (std::size_t p = 0; p < g.polygons.count(); ++p) {
+        const Paint& paint = paints[g.polygons.materials[p]];
+        for (std::size_t i = g.polygons.starts[p]; i < g.polygons.starts[p + 1]; ++i) {
+            std::array<double, 4> c{1, 1, 1, 1};
+            if (paint.texture && g.corner_coordinate[i] < g.coordinates.size()) {
+                const auto [u, v] = g.coordinates[g.corner_coordinate[i]];
+                c = paint.texture->at(u * paint.scale[0] + paint.offset[0], 1 - (v * paint.scale[1] + paint.offset[1]),
+                                      paint.wrap, paint.wrap);
+                ++sampled;
+            }
+            for (std::size_t k = 0; k < 3; ++k) c[k] = to_linear(to_srgb(c[k]) * paint.color[k]);
+            colors.add(g.polygons.corners[i], c);
+        }
+    }
+    if (sampled == 0) return;
+    g.polygons.colors = colors.colors();
+    g.polygons.textured = true;
 }
 
 /// tinyobjloader takes what is no number for 0 and leaves out the colours that many scanners put behind coordinates
@@ -92,19 +238,24 @@ Result<void> check_vertex_lines(std::string_view text, std::vector<Rgba8>& color
 
 }  // namespace
 
-Result<Polygons> read_obj(ByteSpan bytes) {
+Result<Polygons> read_obj(ByteSpan bytes, const Surroundings& around) {
     Gathered gathered;
     const Result<void> fine = check_vertex_lines(as_text(bytes), gathered.polygons.colors);
     if (!fine) return fine.error();
     MemoryBuffer buffer(bytes);
     std::istream stream(&buffer);
     std::string warning, error;
+    std::vector<std::string> missing;
+    PaintReader paints(around, missing);
     try {
-        if (!tinyobj::LoadObjWithCallback(stream, callbacks(), &gathered, nullptr, &warning, &error))
+        if (!tinyobj::LoadObjWithCallback(stream, callbacks(), &gathered, &paints, &warning, &error))
             return Error{Errc::Malformed, 0, "is no OBJ: " + error};
     } catch (const std::exception& failure) {
         return Error{Errc::Malformed, 0, std::string("is no OBJ: ") + failure.what()};
     }
+    add_normals(gathered);
+    add_texture_colors(paints_by_label(gathered, paints.paints(), around, missing), gathered);
+    gathered.polygons.missing_textures = std::move(missing);
     return std::move(gathered.polygons);
 }
 
@@ -120,10 +271,18 @@ Bytes write_obj(const Mesh& mesh) {
         }
         text.push_back('\n');
     }
+    const VertexField* normals = normals_of(mesh);
+    for (std::size_t v = 0; normals != nullptr && v < mesh.positions.size(); ++v)
+        fmt::format_to(out, "vn {:.5g} {:.5g} {:.5g}\n", normals->values[3 * v], normals->values[3 * v + 1],
+                       normals->values[3 * v + 2]);
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
         if (!mesh.materials.empty() && (f == 0 || mesh.materials[f] != mesh.materials[f - 1]))
             fmt::format_to(out, "usemtl material_{}\n", mesh.materials[f]);
-        fmt::format_to(out, "f {} {} {}\n", mesh.faces[f][0] + 1, mesh.faces[f][1] + 1, mesh.faces[f][2] + 1);
+        const auto [a, b, c] = mesh.faces[f];
+        if (normals != nullptr)
+            fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2}\n", a + 1, b + 1, c + 1);
+        else
+            fmt::format_to(out, "f {} {} {}\n", a + 1, b + 1, c + 1);
     }
     const ByteSpan written = as_bytes({text.data(), text.size()});
     return {written.begin(), written.end()};

@@ -21,9 +21,10 @@ constexpr std::array<std::size_t, 8> kScalarBytes{1, 1, 2, 2, 4, 4, 4, 8};
 enum class Encoding : std::uint8_t { Ascii, Little, Big };
 
 /// What a property means here.
-enum class Role : std::uint8_t { Other, X, Y, Z, Red, Green, Blue, Alpha, Corners };
+enum class Role : std::uint8_t { Other, X, Y, Z, Red, Green, Blue, Alpha, NormalX, NormalY, NormalZ, Corners };
 
 struct Property {
+    std::string_view name;
     Role role = Role::Other;
     Scalar type = Scalar::F32;
     bool list = false;
@@ -59,13 +60,15 @@ std::optional<Scalar> to_scalar(std::string_view name) {
     return {};
 }
 
+constexpr std::array<std::string_view, 11> kVertexNames{"",     "x",     "y",  "z",  "red", "green",
+                                                        "blue", "alpha", "nx", "ny", "nz"};
+
 Role role_of(std::string_view element, std::string_view name, bool list) {
     if (element == "face")
         return list && (name == "vertex_indices" || name == "vertex_index") ? Role::Corners : Role::Other;
     if (element != "vertex" || list) return Role::Other;
-    constexpr std::array<std::string_view, 8> kNames{"", "x", "y", "z", "red", "green", "blue", "alpha"};
-    for (std::size_t i = 1; i < kNames.size(); ++i)
-        if (name == kNames[i]) return static_cast<Role>(i);
+    for (std::size_t i = 1; i < kVertexNames.size(); ++i)
+        if (name == kVertexNames[i]) return static_cast<Role>(i);
     return Role::Other;
 }
 
@@ -82,7 +85,8 @@ Result<Property> read_property(std::string_view line, std::string_view element) 
     const auto type = to_scalar(word);
     if (!type) return malformed("the header has a property of an unknown type");
     property.type = *type;
-    property.role = role_of(element, next_word(line), property.list);
+    property.name = next_word(line);
+    property.role = role_of(element, property.name, property.list);
     return property;
 }
 
@@ -202,29 +206,67 @@ void read_list(Values& values, const Property& property, std::vector<std::uint32
     }
 }
 
-void read_vertex(Values& values, const Element& element, bool colored, Polygons& out) {
+bool has_role(const Element& element, Role role) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [&](const Property& p) { return p.role == role; });
+}
+
+/// What vertices have beside positions.
+struct VertexLayout {
+    bool colored = false;
+    std::optional<std::size_t> normals;             // which field of the polygons they are
+    std::vector<std::optional<std::size_t>> field;  // of each property: likewise
+};
+
+VertexLayout layout_of(const Element& element, Polygons& out) {
+    VertexLayout layout;
+    const auto has = [&](Role role) { return has_role(element, role); };
+    layout.colored = has(Role::Red) && has(Role::Green) && has(Role::Blue);
+    if (has(Role::NormalX) && has(Role::NormalY) && has(Role::NormalZ))
+        layout.normals = field_of(out, FieldKind::Normals, "");
+    const auto named = [&](std::string_view name) {
+        return std::ranges::find(element.properties, name, &Property::name) != element.properties.end();
+    };
+    // Texture coordinates are no measurements; without their image they are of no use.
+    const bool uv = named("u") && named("v") && !named("w"), st = named("s") && named("t");
+    const auto is_texture_coordinate = [&](std::string_view name) {
+        return name.starts_with("texture_") || (uv && (name == "u" || name == "v")) ||
+               (st && (name == "s" || name == "t"));
+    };
+    for (const Property& p : element.properties) {
+        layout.field.emplace_back();
+        const bool other = p.role == Role::Other;
+        const bool kept = other && !p.list && !is_texture_coordinate(p.name);
+        if (kept) layout.field.back() = field_of(out, FieldKind::Scalar, p.name);
+        if (other && !kept) drop_field(out, std::string(p.name.substr(0, kMaxFieldName)));
+    }
+    return layout;
+}
+
+void read_vertex(Values& values, const Element& element, const VertexLayout& layout, Polygons& out) {
     Vec3 p;
+    std::array<double, 3> normal{};
     Rgba8 color;
-    for (const Property& property : element.properties) {
+    for (std::size_t k = 0; k < element.properties.size(); ++k) {
+        const Property& property = element.properties[k];
         if (property.list) {
             read_list(values, property, nullptr);
             continue;
         }
         const double value = values.next(property.type);
+        if (layout.field[k]) set_value(out.fields[*layout.field[k]], out.positions.size(), {&value, 1});
         const std::size_t role = static_cast<std::size_t>(property.role);
         if (property.role >= Role::X && property.role <= Role::Z) p[role - static_cast<std::size_t>(Role::X)] = value;
         if (property.role == Role::Red) color.r = to_channel(value, property.type);
         if (property.role == Role::Green) color.g = to_channel(value, property.type);
         if (property.role == Role::Blue) color.b = to_channel(value, property.type);
         if (property.role == Role::Alpha) color.a = to_channel(value, property.type);
+        if (property.role >= Role::NormalX && property.role <= Role::NormalZ)
+            normal[role - static_cast<std::size_t>(Role::NormalX)] = value;
     }
+    if (layout.normals) set_value(out.fields[*layout.normals], out.positions.size(), normal);
     out.positions.push_back(p);
-    if (colored) out.colors.push_back(color);
-}
-
-bool has_role(const Element& element, Role role) {
-    return std::any_of(element.properties.begin(), element.properties.end(),
-                       [&](const Property& p) { return p.role == role; });
+    if (layout.colored) out.colors.push_back(color);
 }
 
 Result<void> read_element(Values& values, const Element& element, Polygons& out) {
@@ -232,20 +274,21 @@ Result<void> read_element(Values& values, const Element& element, Polygons& out)
     if (vertex && !(has_role(element, Role::X) && has_role(element, Role::Y) && has_role(element, Role::Z)))
         return malformed("vertices have no x, y and z");
     if (face && !has_role(element, Role::Corners)) return malformed("faces have no vertex_indices");
-    const bool colored =
-        has_role(element, Role::Red) && has_role(element, Role::Green) && has_role(element, Role::Blue);
-
     std::uint64_t least = 0;  // bytes of one row
     for (const Property& p : element.properties) least += values.least_bytes(p.list ? p.count_type : p.type);
     if (least == 0) return {};  // rows without content take no bytes
     if (element.count > values.remaining() / least)
         return malformed(
             fmt::format("is truncated: {} rows of element {} do not fit into its bytes", element.count, element.name));
-    if (vertex) out.positions.reserve(element.count);
+    VertexLayout layout;
+    if (vertex) {
+        layout = layout_of(element, out);
+        out.positions.reserve(element.count);
+    }
     if (face) out.starts.reserve(element.count + 1);
     for (std::uint64_t row = 0; row < element.count; ++row) {
         if (vertex) {
-            read_vertex(values, element, colored, out);
+            read_vertex(values, element, layout, out);
         } else {
             for (const Property& p : element.properties) {
                 if (p.list)
@@ -274,6 +317,20 @@ Result<Polygons> read_ply(ByteSpan bytes) {
     return out;
 }
 
+namespace {
+
+/// A scalar must not take a name that means something else.
+std::string property_name(const std::string& name) {
+    return std::ranges::find(kVertexNames, name) != kVertexNames.end() ? name + "_" : name;
+}
+
+std::string field_header(const VertexField& field) {
+    if (field.kind == FieldKind::Normals) return "property float nx\nproperty float ny\nproperty float nz\n";
+    return fmt::format("property {} {}\n", needs_double(field) ? "double" : "float", property_name(field.name));
+}
+
+}  // namespace
+
 Bytes write_ply(const Mesh& mesh) {
     const bool wide = needs_double(mesh);
     const char* type = wide ? "double" : "float";
@@ -283,7 +340,11 @@ Bytes write_ply(const Mesh& mesh) {
     if (!mesh.colors.empty())
         for (const char* channel : {"red", "green", "blue", "alpha"})
             head += fmt::format("property uchar {}\n", channel);
+    for (const VertexField& field : mesh.fields) head += field_header(field);
     head += fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n", mesh.faces.size());
+
+    std::vector<std::uint8_t> wide_fields;
+    for (const VertexField& field : mesh.fields) wide_fields.push_back(needs_double(field));
 
     ByteWriter out;
     out.bytes(as_bytes(head));
@@ -294,9 +355,14 @@ Bytes write_ply(const Mesh& mesh) {
             else
                 out.f32(static_cast<float>(mesh.positions[v][k]));
         }
-        if (mesh.colors.empty()) continue;
-        const Rgba8& c = mesh.colors[v];
-        for (const std::uint8_t channel : {c.r, c.g, c.b, c.a}) out.u8(channel);
+        if (!mesh.colors.empty()) {
+            const Rgba8& c = mesh.colors[v];
+            for (const std::uint8_t channel : {c.r, c.g, c.b, c.a}) out.u8(channel);
+        }
+        for (std::size_t k = 0; k < mesh.fields.size(); ++k)
+            for (std::size_t c = mesh.fields[k].components() * v; c < mesh.fields[k].components() * (v + 1); ++c)
+                wide_fields[k] ? out.f64(mesh.fields[k].values[c])
+                               : out.f32(static_cast<float>(mesh.fields[k].values[c]));
     }
     for (const Face& f : mesh.faces) {
         out.u8(3);

@@ -130,7 +130,56 @@ Result<void> check(const Polygons& in) {
     return {};
 }
 
+/// Larger numbers are taken for none: their differences would not be finite.
+constexpr double kLargestNumber = 1e300;
+
+/// Values that are no numbers become the mean of those that are: wavelets cannot tell them from others.
+void make_finite(VertexField& field, std::size_t vertices, CleanReport& report) {
+    field.values.resize(vertices, std::nan(""));
+    const auto good = [](double x) { return std::abs(x) <= kLargestNumber; };
+    double sum = 0, count = 0;
+    for (const double x : field.values)
+        if (good(x)) sum += x / static_cast<double>(vertices), ++count;
+    const double mean = count > 0 ? sum * (static_cast<double>(vertices) / count) : 0;
+    for (double& x : field.values)
+        if (!good(x)) x = mean, ++report.replaced_values;
+}
+
+/// Normals of length 1, or 0 where they are none.
+void make_unit(VertexField& field, std::size_t vertices) {
+    field.values.resize(3 * vertices, 0);
+    for (std::size_t v = 0; v < vertices; ++v) {
+        const Vec3 n = normalized(Vec3{field.values[3 * v], field.values[3 * v + 1], field.values[3 * v + 2]});
+        const bool finite = std::abs(squared_length(n) - 1) < 0.01;
+        for (std::size_t k = 0; k < 3; ++k) field.values[3 * v + k] = finite ? n[k] : 0;
+    }
+}
+
 }  // namespace
+
+std::optional<std::size_t> field_of(Polygons& polygons, FieldKind kind, std::string_view name) {
+    std::string clean(name.substr(0, kMaxFieldName));
+    std::ranges::replace_if(
+        clean, [](char c) { return c < '!' || c > '~'; }, '_');
+    std::vector<VertexField>& fields = polygons.fields;
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        if (fields[k].kind == kind && fields[k].name == clean) return k;
+    if (fields.size() >= kMostFields) return drop_field(polygons, std::move(clean)), std::nullopt;
+    fields.push_back({kind, std::move(clean), {}});
+    return fields.size() - 1;
+}
+
+void set_value(VertexField& field, std::size_t vertex, std::span<const double> value) {
+    const std::size_t first = vertex * value.size();
+    if (field.values.size() < first + value.size()) field.values.resize(first + value.size(), std::nan(""));
+    std::ranges::copy(value, field.values.begin() + static_cast<std::ptrdiff_t>(first));
+}
+
+void drop_field(Polygons& polygons, std::string name) {
+    std::vector<std::string>& dropped = polygons.dropped_fields;
+    if (dropped.size() < kMostFields && std::ranges::find(dropped, name) == dropped.end())
+        dropped.push_back(std::move(name));
+}
 
 void triangulate(const std::vector<Vec3>& positions, const std::uint32_t* corners, std::size_t n,
                  std::vector<Face>& faces, std::uint64_t& budget) {
@@ -163,6 +212,14 @@ Result<Mesh> to_mesh(Polygons polygons, CleanReport& report) {
     if (!polygons.colors.empty()) {
         mesh.colors = std::move(polygons.colors);
         mesh.colors.resize(mesh.positions.size());
+    }
+    report.dropped_fields = std::move(polygons.dropped_fields);
+    report.missing_textures = std::move(polygons.missing_textures);
+    if (polygons.textured) report.textured_vertices = mesh.positions.size();
+    for (VertexField& field : polygons.fields) {
+        field.kind == FieldKind::Normals ? make_unit(field, mesh.positions.size())
+                                         : make_finite(field, mesh.positions.size(), report);
+        mesh.fields.push_back(std::move(field));
     }
     const auto& labels = mesh.materials;
     if (std::all_of(labels.begin(), labels.end(), [&](std::uint32_t m) { return m == labels[0]; }))

@@ -1,7 +1,10 @@
 // What the readers hand over: polygons as a file states them, still unchecked.
 #pragma once
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "codec/mesh/clean.h"
@@ -11,18 +14,32 @@
 namespace mvw {
 
 /// Polygon p has corners [starts[p], starts[p+1]). Colours may be missing, or fewer than the positions: the rest is
-/// white. Materials: none, or a label for each polygon.
+/// white. Materials: none, or a label for each polygon. Fields likewise: of missing normals nothing is known, missing
+/// numbers are not finite.
 struct Polygons {
     std::vector<Vec3> positions;
     std::vector<Rgba8> colors;
     std::vector<std::uint32_t> corners;
     std::vector<std::uint32_t> starts{0};
     std::vector<std::uint32_t> materials;
+    std::vector<VertexField> fields;
+    std::vector<std::string> dropped_fields;    // names of what is not kept
+    bool textured = false;                      // colours come from images
+    std::vector<std::string> missing_textures;  // images that could not be read, and why
 
     [[nodiscard]] std::size_t count() const { return starts.size() - 1; }
     /// Ends the polygon whose corners were pushed.
     void end_polygon() { starts.push_back(static_cast<std::uint32_t>(corners.size())); }
 };
+
+/// Index of the field of this kind and name, made where there is none yet. Characters that field names do not have
+/// become '_'. None where there are kMostFields already: then the name is dropped.
+std::optional<std::size_t> field_of(Polygons& polygons, FieldKind kind, std::string_view name);
+inline constexpr std::size_t kMostFields = 64;
+/// Sets what the field says of a vertex; vertices before of which it says nothing have numbers that are not finite.
+void set_value(VertexField& field, std::size_t vertex, std::span<const double> value);
+/// Takes note of a name that is not kept, once, and of kMostFields at most.
+void drop_field(Polygons& polygons, std::string name);
 
 /// Index of no vertex: what readers put for a number that is no index at all.
 inline constexpr std::uint32_t kBadIndex = 0xFFFFFFFFu;

@@ -1,0 +1,62 @@
+// Numbers in a glTF model's buffers, which tinygltf does not check.
+#pragma once
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "codec/bytes.h"
+#include "codec/result.h"
+
+namespace mvw {
+
+/// An accessor's numbers, checked to lie inside of its buffer.
+struct Values {
+    const unsigned char* data = nullptr;
+    std::size_t count = 0, stride = 0, components = 0;
+    int type = 0;
+    bool normalized = false;
+
+    [[nodiscard]] double at(std::size_t row, std::size_t component) const {
+        const unsigned char* from = data + row * stride;
+        switch (type) {
+            case TINYGLTF_COMPONENT_TYPE_BYTE:
+                return normalized ? std::max(load<std::int8_t>(from, component) / 127.0, -1.0)
+                                  : load<std::int8_t>(from, component);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+                return load<std::uint8_t>(from, component) / (normalized ? 255.0 : 1.0);
+            case TINYGLTF_COMPONENT_TYPE_SHORT:
+                return normalized ? std::max(load<std::int16_t>(from, component) / 32767.0, -1.0)
+                                  : load<std::int16_t>(from, component);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+                return load<std::uint16_t>(from, component) / (normalized ? 65535.0 : 1.0);
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+                return load<std::uint32_t>(from, component);
+            default:
+                return load<float>(from, component);
+        }
+    }
+
+ private:
+    template <typename T>
+    static double load(const unsigned char* from, std::size_t component) {
+        T value;
+        std::memcpy(&value, from + component * sizeof(T), sizeof(T));
+        return static_cast<double>(value);
+    }
+};
+
+template <typename T>
+bool in_range(int index, const std::vector<T>& list) {
+    return index >= 0 && static_cast<std::size_t>(index) < list.size();
+}
+
+/// Scalars and vectors of 2 to 4 numbers. Malformed where there is no such accessor, it is of another type or reaches
+/// beyond its buffer; Unsupported where it is sparse. The model must outlive what is returned.
+Result<Values> open_accessor(const tinygltf::Model& model, int index);
+/// The bytes of a buffer view. Malformed likewise.
+Result<ByteSpan> open_view(const tinygltf::Model& model, int index);
+
+}  // namespace mvw

@@ -1,0 +1,46 @@
+// Images that meshes are painted with: their colours at vertices, until images have a channel of their own.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "codec/bytes.h"
+#include "codec/mesh/io/polygons.h"
+#include "codec/result.h"
+
+namespace mvw {
+
+class Texture {
+ public:
+    enum class Wrap : std::uint8_t { Repeat, Mirror, Clamp };
+
+    /// A PNG or JPEG file (the two that glTF knows), through Debian's libstb. Unsupported where it is neither;
+    /// Malformed where it is damaged; LimitExceeded where it has over 2^26 pixels, or more than its bytes can stand
+    /// for.
+    static Result<Texture> decode(ByteSpan file);
+    /// Red, green, blue (linear, in [0, 1]) and alpha between the four texels around (u, v); (0, 0) is the upper left
+    /// corner of the image, (1, 1) the lower right one. Zeros where u or v is not finite.
+    [[nodiscard]] std::array<double, 4> at(double u, double v, Wrap across, Wrap down) const;
+    [[nodiscard]] std::size_t pixels() const { return texels_.size(); }
+
+ private:
+    Texture(std::int64_t width, std::int64_t height) : width_(width), height_(height) {}
+    std::int64_t width_, height_;
+    std::vector<Rgba8> texels_;  // rows from the top
+};
+
+/// Colours that corners of polygons give to their vertices: the mean of all of a vertex', in linear light.
+class CornerColors {
+ public:
+    explicit CornerColors(std::size_t vertices) : sum_(vertices), count_(vertices, 0) {}
+    /// linear: red, green, blue, alpha. A vertex that does not exist is left out.
+    void add(std::uint32_t vertex, const std::array<double, 4>& linear);
+    /// One colour a vertex; white where no corner gave one.
+    [[nodiscard]] std::vector<Rgba8> colors() const;
+
+ private:
+    std::vector<std::array<double, 4>> sum_;
+    std::vector<std::uint32_t> count_;
+};
+
+}  // namespace mvw
