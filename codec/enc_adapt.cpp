@@ -5,9 +5,8 @@
 
 #include "codec/enc_curves.h"
 #include "codec/remesh/drift.h"
-#include "codec/remesh/fit.h"
 #include "codec/remesh/resample.h"
-#include "codec/remesh/unfold.h"
+#include "codec/remesh/settle.h"
 
 namespace mvw {
 
@@ -62,15 +61,6 @@ std::vector<Vec3> Adaptation::without_tangents(PatchTransform& transform, std::v
     return positions;
 }
 
-void Adaptation::fit_and_unfold(const std::vector<Vec3>& normals, unsigned threads,
-                                std::vector<Vec3>& positions) const {
-    FitOptions fitting;
-    fitting.threads = threads;
-    fitting.rounds = kFitRounds;
-    fit(surface_.mesh(), triangles_, fixed_, fitting, positions);
-    unfold(triangles_, normals, fixed_, positions);
-}
-
 double Adaptation::distance_of(const std::vector<Vec3>& positions, unsigned threads) const {
     return surface_.reference().error_of({positions, triangles_, {}, {}}, {kSamples, threads}).rms;
 }
@@ -90,7 +80,7 @@ void Adaptation::slide(unsigned threads) {
             if (fixed_[v] == 0) positions[v] = drift.position(v);
         for (LineCurve& curve : curves) curve.slide(surface_.reference(), wanted, drift, positions);
     }
-    fit_and_unfold(drift.normals(), threads, positions);
+    settle(surface_.mesh(), triangles_, fixed_, drift.normals(), {kFitRounds, true, threads}, positions);
     if (distance_of(positions, threads) > kMostLoss * distance_of(mesh_.positions, threads)) return;
     mesh_.positions = std::move(positions);
     take_vertex_data(surface_.mesh(), drift.points(), mesh_);
@@ -126,7 +116,7 @@ Adaptation::Snapped Adaptation::snap(unsigned bits, unsigned threads) const {
         analyze(transform, positions, coefficients);
     }
     // Vertices on the surface are not those that come nearest to it.
-    fit_and_unfold(drift.normals(), threads, positions);
+    settle(surface_.mesh(), triangles_, fixed_, drift.normals(), {kFitRounds, true, threads}, positions);
     analyze(transform, positions, coefficients);
     // Vertices on lines, and those that have ended far from their grid points, take the nearest ones.
     for (std::uint32_t v = 0; v < out.grid.size(); ++v)

@@ -20,10 +20,10 @@ class Adaptation {
     Adaptation(PartSurface& surface, const TransformOptions& transform, unsigned threads, SemiRegularMesh mesh);
 
     /// Rounds of: analysis, tangential details halved, synthesis, and a walk over the surface to where that leads
-    /// (remesh/drift.h: as far as the triangles stand it). Then the fit (remesh/fit.h), because vertices on the surface
-    /// are not those that come nearest to it, and the colours of where they have come to rest. Vertices on boundaries,
-    /// creases and borders between materials slide along these, but for those that hold a bend. Leaves all as it was
-    /// where the result is farther from the surface than kMostLoss allows. O(V log F) a round.
+    /// (remesh/drift.h: as far as the triangles stand it). Then the fit (remesh/settle.h), because vertices on the
+    /// surface are not those that come nearest to it, and the colours of where they have come to rest. Vertices on
+    /// boundaries, creases and borders between materials slide along these, but for those that hold a bend. Leaves all
+    /// as it was where the result is farther from the surface than kMostLoss allows. O(V log F) a round.
     void slide(unsigned threads);
 
     struct Snapped {
@@ -41,7 +41,6 @@ class Adaptation {
     [[nodiscard]] PatchTransform transform(unsigned threads) const;
     /// The positions (V) of `coefficients` with each detail's tangential components shortened.
     std::vector<Vec3> without_tangents(PatchTransform& transform, std::vector<Vec3f>& coefficients) const;
-    void fit_and_unfold(const std::vector<Vec3>& normals, unsigned threads, std::vector<Vec3>& positions) const;
     [[nodiscard]] double distance_of(const std::vector<Vec3>& positions, unsigned threads) const;
 
     PartSurface& surface_;

@@ -16,15 +16,14 @@
 #include "codec/remesh/facets.h"
 #include "codec/remesh/feature_choice.h"
 #include "codec/remesh/features.h"
-#include "codec/remesh/fit.h"
 #include "codec/remesh/line_spacing.h"
 #include "codec/remesh/prepare.h"
 #include "codec/remesh/recognize.h"
 #include "codec/remesh/relax.h"
 #include "codec/remesh/resample.h"
 #include "codec/remesh/self_parameterization.h"
+#include "codec/remesh/settle.h"
 #include "codec/remesh/surface_walk.h"
-#include "codec/remesh/unfold.h"
 
 namespace mvw {
 
@@ -268,13 +267,10 @@ class Sampler {
         take_vertex_data(mesh_, points, part);
 
         report(options_, "fit", 0);
-        FitOptions fitting;
-        fitting.threads = threads_;
-        fit(input, triangles, fixed, fitting, part.positions);
         std::vector<Vec3> normals;
         for (std::size_t v = 0; v < points.size(); ++v)
             normals.push_back(fixed[v] != 0 ? Vec3{} : surface_.normal(points[v]));
-        unfold(triangles, normals, fixed, part.positions);
+        settle(input, triangles, fixed, normals, {1, false, threads_}, part.positions);
         const SurfaceError error = surface_error(input, {part.positions, triangles, {}, {}}, {kSamples, threads_});
         report(options_, "fit", 1);
         const double scale = bounding_box(input).diagonal() / bounding_box(mesh_).diagonal();
