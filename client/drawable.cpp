@@ -1,7 +1,8 @@
 #include "client/drawable.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "codec/mesh/normals.h"
 
 namespace mvw::client {
 namespace {
@@ -11,19 +12,15 @@ void set_positions(const Mesh& mesh, const Vec3& origin, Drawable& out) {
     for (const Vec3& p : mesh.positions) out.positions.push_back(to_float(p - origin));
 }
 
-void set_normals(Drawable& out) {
-    out.normals.assign(out.positions.size(), {});
-    for (std::size_t t = 0; t < out.triangles.size(); t += 3) {
-        const std::uint32_t a = out.triangles[t], b = out.triangles[t + 1], c = out.triangles[t + 2];
-        const Vec3f n = cross(out.positions[b] - out.positions[a], out.positions[c] - out.positions[a]);
-        out.normals[a] += n;
-        out.normals[b] += n;
-        out.normals[c] += n;
-    }
-    for (Vec3f& n : out.normals) {
-        const float l = length(n);
-        n = l > 0 ? n * (1 / l) : Vec3f{};
-    }
+/// Those that the file has, else the surface's.
+void set_normals(const Mesh& mesh, Drawable& out) {
+    out.normals.reserve(mesh.positions.size());
+    for (const VertexField& field : mesh.fields)
+        if (field.kind == FieldKind::Normals)
+            for (std::size_t k = 0; k < field.values.size(); k += 3)
+                out.normals.push_back(to_float({field.values[k], field.values[k + 1], field.values[k + 2]}));
+    if (!out.normals.empty()) return;
+    for (const Vec3& n : vertex_normals(mesh.positions, mesh.faces)) out.normals.push_back(to_float(n));
 }
 
 /// Vertex at t of 2^level along base edge e (semi_regular.h).
@@ -64,7 +61,7 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
     set_positions(*mesh, {header.center[0], header.center[1], header.center[2]}, out);
     out.triangles.reserve(mesh->faces.size() * 3);
     for (const Face& f : mesh->faces) out.triangles.insert(out.triangles.end(), f.begin(), f.end());
-    set_normals(out);
+    set_normals(*mesh, out);
     out.colors = std::move(mesh->colors);
     if (options.edges) add_inner_edges(out.triangles, out.edges);
 

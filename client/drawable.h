@@ -9,11 +9,11 @@ namespace mvw::client {
 
 /// V vertices, F triangles; positions are relative to the header's `center`, in model units.
 struct Drawable {
-    std::vector<Vec3f> positions;           // V
-    std::vector<Vec3f> normals;             // V, unit, averaged by area; zero where no triangle has one
-    std::vector<Rgba8> colors;              // V, or empty
-    std::vector<std::uint32_t> triangles;   // 3 F
-    std::vector<std::uint32_t> edges;       // two for each edge of a triangle; empty unless asked for
+    std::vector<Vec3f> positions;          // V
+    std::vector<Vec3f> normals;            // V, unit: the file's, else the mean over triangles by area; zero where none
+    std::vector<Rgba8> colors;             // V, or empty
+    std::vector<std::uint32_t> triangles;  // 3 F
+    std::vector<std::uint32_t> edges;      // two for each edge of a triangle; empty unless asked for
     std::vector<std::uint32_t> base_edges;  // two for each piece of a base mesh's edge; empty unless asked for
     unsigned level = 0;                     // finest among the parts
     std::uint32_t parts = 0;                // that have come

@@ -19,8 +19,6 @@ class AttributeDecoder {
     explicit AttributeDecoder(AttributeParams params) : params_(std::move(params)) {}
 
     [[nodiscard]] const AttributeParams& params() const { return params_; }
-    /// False before the first block: then the attribute has no values.
-    [[nodiscard]] bool has_begun() const { return !coefficients_[0].empty(); }
     /// Makes room for coefficients of vertices below `vertices`, those of `base_vertices` at their origin.
     void ensure(std::size_t vertices, std::size_t base_vertices);
     /// Of one block: blocks of other vertices may come in beside. values: coefficient-major, in units of steps.

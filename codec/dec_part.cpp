@@ -336,7 +336,6 @@ void PartDecoder::store_integers(std::span<const std::uint32_t> indices, const B
 
 void PartDecoder::append_attributes(unsigned level, std::size_t first_vertex, std::size_t first_face, Mesh& out) {
     for (AttributeDecoder& attribute : attributes_) {
-        if (!attribute.has_begun()) continue;
         attribute.ensure(vertex_count(level), vertex_count(0));
         if (!attribute_transform_ || attribute_levels_ < level) {
             attribute_transform_ =

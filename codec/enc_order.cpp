@@ -72,6 +72,8 @@ class Orderer {
         std::stable_sort(order.begin(), order.end(),
                          [](const Run* a, const Run* b) { return a->slope() > b->slope(); });
         for (Run* run : order) send(*run);
+        for (std::size_t part = 0; part < parts_.size(); ++part)  // such as need no coefficients
+            if (!parts_[part].attributes.empty()) describe_attributes(part);
         return std::move(out_);
     }
 

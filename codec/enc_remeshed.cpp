@@ -245,7 +245,8 @@ void report_attributes(const CodedModel& model, const std::vector<PlannedChunk>&
         for (const AttributeParams& a : part.attributes) {
             const std::string name = attribute_name(a);
             const auto known = std::ranges::find(out.attributes, name, &AttributeBytes::name);
-            AttributeBytes& entry = known != out.attributes.end() ? *known : out.attributes.emplace_back(name, 0);
+            AttributeBytes& entry =
+                known != out.attributes.end() ? *known : out.attributes.emplace_back(AttributeBytes{name, 0});
             for (const PlannedChunk& c : plan)
                 if (c.id.channel == a.channel && &model.parts[c.id.part] == &part) entry.bytes += c.payload.size();
         }

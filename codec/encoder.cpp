@@ -100,7 +100,8 @@ std::vector<std::string> choose_fields(const EncodeOptions& options, std::vector
     std::erase_if(fields, [&](const VertexField& field) {
         return field.kind == FieldKind::Normals ? !options.normals : !options.scalars;
     });
-    std::ranges::stable_partition(fields, [](const VertexField& field) { return field.kind == FieldKind::Normals; });
+    std::stable_partition(fields.begin(), fields.end(),
+                          [](const VertexField& field) { return field.kind == FieldKind::Normals; });
     std::vector<std::string> left_out;
     for (std::size_t k = kMaxFields; k < fields.size(); ++k) left_out.push_back(fields[k].name);
     if (fields.size() > kMaxFields) fields.resize(kMaxFields);
