@@ -106,14 +106,14 @@ ByteSpan read_section(ByteReader& in) {
 
 }  // namespace
 
-Result<DracoMesh> read_draco(ByteSpan bytes, bool sequential, std::uint32_t vertices, std::uint32_t faces) {
+Result<GridMesh> read_draco(ByteSpan bytes, bool sequential, std::uint32_t vertices, std::uint32_t faces) {
     if (const Result<void> r = check_draco_counts(bytes, sequential, vertices, faces); !r.ok()) return r.error();
     const std::unique_ptr<draco::Mesh> mesh = run_draco(bytes, sequential);
     if (!mesh) return malformed("Draco refuses the base");
     const draco::PointAttribute* positions = mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
     if (!positions || positions->num_components() != 3 || positions->data_type() != draco::DT_INT32)
         return malformed("the base has no integer positions");
-    DracoMesh out;
+    GridMesh out;
     out.faces.resize(mesh->num_faces());
     out.grid.resize(mesh->num_points());
     for (std::uint32_t f = 0; f < out.faces.size(); ++f) {
@@ -127,6 +127,21 @@ Result<DracoMesh> read_draco(ByteSpan bytes, bool sequential, std::uint32_t vert
     return out;
 }
 
+namespace {
+
+Result<GridMesh> read_level_0(ByteSpan bytes, unsigned flags, unsigned bits, const PartInfo& info) {
+    if ((flags & kBaseGrown) == 0)
+        return read_draco(bytes, (flags & kBaseSequential) != 0, info.base_vertices, info.base_faces);
+    if (info.base_faces > kMaxFacesPerByte * bytes.size())
+        return malformed("the base has more faces than its bytes can hold");
+    const bool has_boundary = 2 * std::uint64_t{info.base_edges} != 3 * std::uint64_t{info.base_faces};
+    Result<GridMesh> mesh = decode_mesh(bytes, info.base_vertices, info.base_faces, has_boundary, bits);
+    if (!mesh.ok()) return mesh.error();
+    return GridMesh{std::move(mesh->faces), std::move(mesh->grid)};
+}
+
+}  // namespace
+
 Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8_t transform) {
     ByteReader in(payload);
     DecodedBase base;
@@ -134,13 +149,12 @@ Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8
     Result<PartParams> params = read_params(in, info, transform, flags);
     if (!params.ok()) return params.error();
     base.params = *params;
-    const ByteSpan draco_bytes = read_section(in);
+    const ByteSpan mesh_bytes = read_section(in);
     const ByteSpan creases = flags & kBaseCreases ? read_section(in) : ByteSpan{};
     const ByteSpan materials = flags & kBaseMaterials ? read_section(in) : ByteSpan{};
     if (!in.ok()) return malformed("the base is cut");
 
-    Result<DracoMesh> mesh =
-        read_draco(draco_bytes, (flags & kBaseSequential) != 0, info.base_vertices, info.base_faces);
+    Result<GridMesh> mesh = read_level_0(mesh_bytes, flags, base.params.base_bits, info);
     if (!mesh.ok()) return mesh.error();
     Result<BaseMesh> topology = BaseMesh::create(static_cast<std::uint32_t>(mesh->grid.size()), std::move(mesh->faces));
     if (!topology.ok()) return topology.error();

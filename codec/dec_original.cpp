@@ -29,8 +29,8 @@ Result<Mesh> read_original(ByteSpan payload, const FileHeader& header, const Lim
     if (vertices > limits.max_vertices || faces > limits.max_memory_bytes / kBytesPerFace)
         return Error{Errc::LimitExceeded, 0, "the original mesh takes more vertices or memory than the limit"};
     if (faces == 0 || faces >= kNone || vertices > 3 * faces) return malformed("the original mesh's counts are wrong");
-    const Result<DracoMesh> mesh = read_draco(in.bytes(in.remaining()), flags == 1,
-                                              static_cast<std::uint32_t>(vertices), static_cast<std::uint32_t>(faces));
+    const Result<GridMesh> mesh = read_draco(in.bytes(in.remaining()), flags == 1, static_cast<std::uint32_t>(vertices),
+                                             static_cast<std::uint32_t>(faces));
     if (!mesh.ok()) return mesh.error();
     const double step = std::ldexp(header.diagonal, -static_cast<int>(bits));
     Mesh out;

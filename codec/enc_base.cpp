@@ -7,6 +7,7 @@
 #include <memory>
 #include <unordered_map>
 
+#include "codec/entropy/enc_mesh.h"
 #include "codec/entropy/enc_range_coder.h"
 #include "codec/labels.h"
 #include "codec/mesh/vertex_data.h"
@@ -14,8 +15,6 @@
 namespace mvw {
 
 namespace {
-
-using GridPoint = std::array<std::int32_t, 3>;
 
 std::unique_ptr<draco::Mesh> draco_mesh(const std::vector<Face>& faces, const std::vector<GridPoint>& grid) {
     auto mesh = std::make_unique<draco::Mesh>();
@@ -132,11 +131,16 @@ class Matcher {
     std::vector<std::uint8_t> taken_;
 };
 
-/// Decodes the coder's own bytes and finds the source of every face; false where the mesh has changed.
+/// Bytes beyond what is read are allowed: they make room for a mesh so regular that it takes next to none.
+void make_room(CodedBase& coded, const BaseMesh& source) {
+    coded.bytes.resize(std::max<std::size_t>(coded.bytes.size(), source.face_count() / kMaxFacesPerByte + 1));
+}
+
+/// Decodes Draco's own bytes and finds the source of every face; false where the mesh has changed.
 bool adopt(CodedBase& coded, const BaseMesh& source, const std::vector<GridPoint>& grid) {
-    // Bytes beyond what Draco reads are allowed: they make room for a mesh so regular that it takes next to none.
-    coded.draco.resize(std::max<std::size_t>(coded.draco.size(), source.face_count() / kMaxFacesPerByte + 1));
-    Result<DracoMesh> mesh = read_draco(coded.draco, coded.sequential, source.vertex_count(), source.face_count());
+    make_room(coded, source);
+    const bool sequential = coded.method == BaseMethod::Sequential;
+    Result<GridMesh> mesh = read_draco(coded.bytes, sequential, source.vertex_count(), source.face_count());
     if (!mesh.ok() || mesh->grid.size() != source.vertex_count()) return false;
     Result<BaseMesh> topology = BaseMesh::create(source.vertex_count(), std::move(mesh->faces));
     if (!topology.ok() || topology->face_count() != source.face_count() ||
@@ -171,23 +175,62 @@ Bytes write_draco(const std::vector<Face>& faces, const std::vector<GridPoint>& 
     return run_draco(*draco_mesh(faces, grid), sequential, speed);
 }
 
-CodedBase code_base(const BaseMesh& source, const std::vector<GridPoint>& grid) {
+namespace {
+
+/// False where the growing coder cannot.
+bool grow_base(const BaseMesh& source, const std::vector<GridPoint>& grid, unsigned bits, CodedBase& coded) {
+    const std::int64_t most = std::int64_t{1} << bits;
+    const auto fits = [&](const GridPoint& p) {
+        return std::all_of(p.begin(), p.end(), [&](std::int64_t x) { return x >= -most && x <= most; });
+    };
+    if (bits > kMaxMeshBits || !std::all_of(grid.begin(), grid.end(), fits)) return false;
+    EncodedMesh encoded = encode_mesh(source, grid, bits);
+    if (encoded.bytes.empty()) return false;
+    const MeshOrigin& from = encoded.origin;
+    std::vector<Face> faces(source.face_count());
+    std::vector<std::uint32_t> number(source.vertex_count());
+    for (std::uint32_t v = 0; v < number.size(); ++v) {
+        number[from.vertex[v]] = v;
+        coded.grid.push_back(grid[from.vertex[v]]);
+    }
+    for (std::uint32_t f = 0; f < faces.size(); ++f)
+        for (std::size_t k = 0; k < 3; ++k)
+            faces[f][k] = number[source.faces()[from.face[f]][(k + from.corner[f]) % 3]];
+    coded.mesh = std::move(*BaseMesh::create(source.vertex_count(), std::move(faces)));
+    coded.source_face = from.face;
+    coded.source_corner = from.corner;
+    coded.bytes = std::move(encoded.bytes);
+    make_room(coded, source);
+    return true;
+}
+
+/// Draco's shortest bytes that keep the mesh.
+CodedBase draco_base(const BaseMesh& source, const std::vector<GridPoint>& grid) {
     const std::unique_ptr<draco::Mesh> mesh = draco_mesh(source.faces(), grid);
     CodedBase best;
     for (const int speed : {0, 1, 3, 5, 7}) {
         CodedBase coded;
-        coded.draco = run_draco(*mesh, false, speed);
-        if (coded.draco.empty() || (!best.draco.empty() && coded.draco.size() >= best.draco.size())) continue;
+        coded.method = BaseMethod::Edgebreaker;
+        coded.bytes = run_draco(*mesh, false, speed);
+        if (coded.bytes.empty() || (!best.bytes.empty() && coded.bytes.size() >= best.bytes.size())) continue;
         if (adopt(coded, source, grid)) best = std::move(coded);
     }
-    if (best.draco.empty()) {
-        best.sequential = true;
-        best.draco = run_draco(*mesh, true, 0);
+    if (best.bytes.empty()) {
+        best.method = BaseMethod::Sequential;
+        best.bytes = run_draco(*mesh, true, 0);
         const bool kept = adopt(best, source, grid);
         assert(kept);
         (void)kept;
     }
     return best;
+}
+
+}  // namespace
+
+CodedBase code_base(const BaseMesh& source, const std::vector<GridPoint>& grid, unsigned bits, bool alone) {
+    CodedBase by_draco = draco_base(source, grid), grown;
+    const bool shorter = !alone && grow_base(source, grid, bits, grown) && grown.bytes.size() < by_draco.bytes.size();
+    return shorter ? grown : by_draco;
 }
 
 SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base) {
@@ -232,8 +275,9 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
                                t.loop_template != defaults.loop_template || t.local_frames != defaults.local_frames;
     const bool creases = std::any_of(mesh.creases.begin(), mesh.creases.end(), [](std::uint8_t c) { return c != 0; });
     ByteWriter out;
-    out.u8(static_cast<std::uint8_t>((base.sequential ? kBaseSequential : 0) | (creases ? kBaseCreases : 0) |
-                                     (mesh.materials.empty() ? 0 : kBaseMaterials) |
+    out.u8(static_cast<std::uint8_t>((base.method == BaseMethod::Sequential ? kBaseSequential : 0) |
+                                     (base.method == BaseMethod::Grown ? kBaseGrown : 0) |
+                                     (creases ? kBaseCreases : 0) | (mesh.materials.empty() ? 0 : kBaseMaterials) |
                                      (own_transform ? kBaseTransform : 0) | (params.fast ? kBaseFast : 0) |
                                      (params.lossless ? kBaseLossless : 0)));
     out.u8(params.error_code);
@@ -248,7 +292,7 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
         out.u8(static_cast<std::uint8_t>((t.table1_weights ? 1 : 0) | (t.loop_template == 4 ? 2 : 0) |
                                          (t.local_frames ? 0 : 4)));
     }
-    write_section(out, base.draco);
+    write_section(out, base.bytes);
     if (creases) {
         LabelWriter writer;
         std::vector<std::uint8_t> bits = mesh.creases;

@@ -36,7 +36,7 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
     std::vector<Point> points;
     Decoder decoder;
     (void)decoder.feed_header(file).ok();
-    const double ratio = vertices_of(*decoder.header()) < kManyVertices ? 1.3 : 1.8;  // of bytes; squared, of estimates
+    const double ratio = vertices_of(*decoder.header()) < kManyVertices ? 1.2 : 1.8;  // of bytes; squared, of estimates
     double error = 0, bytes = 0, bytes_then = 0;
     std::size_t bases = 0;
     while (bases < plan.size() && plan[bases].id.channel == Channel::Base) ++bases;

@@ -82,7 +82,7 @@ class Orderer {
         std::vector<std::size_t> order(parts_.size());
         std::iota(order.begin(), order.end(), std::size_t{0});
         std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-            return parts_[a].base.draco.size() < parts_[b].base.draco.size();
+            return parts_[a].base.bytes.size() < parts_[b].base.bytes.size();
         });
         for (const std::size_t part : order) {
             PlannedChunk& chunk = out_.emplace_back();

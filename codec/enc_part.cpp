@@ -179,7 +179,7 @@ CodedPart code_lossless(const SemiRegularMesh& mesh, const PartPrecision& precis
     part.params.reconstruction = 128;
     std::vector<IntegerPoint> grid = integers_of(mesh.positions, precision.lossless);
     grid.resize(mesh.base.vertex_count());
-    part.base = code_base(mesh.base, grid);
+    part.base = code_base(mesh.base, grid, part.params.base_bits, false);
     part.mesh = renumber(mesh, part.base);
     if (mesh.levels > 0) {
         part.params.steps.assign(mesh.levels + 1, step_to_code(part.params.grid()));
@@ -201,7 +201,8 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     part.params.fast = precision.fast;
     part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
-    part.base = code_base(mesh.base, grid.empty() ? grid_of(coarse_of(mesh, transform, threads), precision) : grid);
+    part.base = code_base(mesh.base, grid.empty() ? grid_of(coarse_of(mesh, transform, threads), precision) : grid,
+                          precision.base_bits, mesh.levels == 0);
     part.mesh = renumber(mesh, part.base);
     if (mesh.levels > 0) {
         const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);

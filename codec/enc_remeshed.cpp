@@ -308,7 +308,7 @@ Draft& Draft::operator=(Draft&&) noexcept = default;
 Result<Draft> Draft::make(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options) {
     auto state = std::make_unique<State>(State{adapt(input, std::move(remeshed), options), {}, {}});
     describe(state->source, state->described);
-    Result<State::Coded> coded = state->code({false, 0}, options.threads);
+    Result<State::Coded> coded = state->code({true, 0}, options.threads);
     if (!coded.ok()) return coded.error();
     state->best = std::move(*coded);
     return Draft(std::move(state));
@@ -326,13 +326,12 @@ Result<void> Draft::choose_base_grid(unsigned threads) {
     State& s = *state_;
     const auto adapted = [](const auto& adaptation) { return adaptation != nullptr; };
     if (std::none_of(s.source.adaptations.begin(), s.source.adaptations.end(), adapted)) return {};
-    const double least_whole = std::min(s.quality(s.best, threads).whole - kMostLost, kEnough);
     const auto coded_and_measured = [&](const Way& way, unsigned of_threads) {
         Result<State::Coded> coded = s.code(way, of_threads);
         if (coded.ok()) (void)s.quality(*coded, of_threads);
         return coded;
     };
-    std::optional<Result<State::Coded>> coarse, fine;
+    std::optional<Result<State::Coded>> plain, fine;
     const bool small = s.source.input.mesh().positions.size() <= kMostSideBySide;  // both take memory
     const auto run = [&](const auto& a, const auto& b) {
         if (small) return side_by_side(threads, a, b);
@@ -341,16 +340,20 @@ Result<void> Draft::choose_base_grid(unsigned threads) {
     };
     run(
         [&](unsigned share) {
-            coarse = coded_and_measured({true, 0}, share);
+            plain = coded_and_measured({false, 0}, share);
         },
         [&](unsigned share) {
             fine = coded_and_measured({true, 1}, share);
         });
-    for (Result<State::Coded>* coded : {&*coarse, &*fine}) {
-        if (!coded->ok()) return coded->error();
-        const Quality& quality = *(*coded)->quality;
-        if (quality.mean > s.best.quality->mean && quality.whole >= least_whole) s.best = std::move(**coded);
-    }
+    if (!plain->ok()) return plain->error();
+    if (!fine->ok()) return fine->error();
+    const double least_whole = std::min((*plain)->quality->whole - kMostLost, kEnough);
+    const auto worth = [&](State::Coded& coded) {
+        const Quality& quality = s.quality(coded, threads);
+        return quality.whole >= least_whole ? quality.mean : -kExact;
+    };
+    for (Result<State::Coded>* coded : {&*fine, &*plain})
+        if (worth(**coded) > worth(s.best)) s.best = std::move(**coded);
     s.source.adaptations.clear();
     return {};
 }

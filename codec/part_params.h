@@ -23,7 +23,8 @@ enum BaseFlags : std::uint8_t {
     kBaseTransform = 8,  // transform parameters other than the defaults follow
     kBaseFast = 32,      // planes are packed (entropy/packed_planes.h) instead of range-coded
     kBaseLossless = 64,  // integers throughout (transform/integer.h): all planes together are exact
-    kBaseAllFlags = 111,
+    kBaseGrown = 128,    // the mesh is coded triangle by triangle (entropy/mesh_coder.h) instead of by Draco
+    kBaseAllFlags = 239,
 };
 
 /// A step on disk: eight steps an octave, (1 + (code % 8) / 8) * 2^-(code / 8), exact in binary.

@@ -11,7 +11,8 @@ Encoded encode_parts(std::vector<SemiRegularMesh> parts, EncodeOptions options) 
     Mesh whole;
     for (const SemiRegularMesh& part : parts) whole = whole.faces.empty() ? plain(part) : join(whole, plain(part));
     RemeshResult remeshed;
-    remeshed.origins.assign(parts.size(), PartOrigin::Recognized);  // coded as they are
+    for (const SemiRegularMesh& part : parts)  // coded as they are
+        remeshed.origins.push_back(part.levels > 0 ? PartOrigin::Recognized : PartOrigin::Alone);
     remeshed.parts = std::move(parts);
     Encoded out;
     options.threads = std::max(1u, options.threads);

@@ -43,7 +43,7 @@ double psnr_of(const Mesh& input, const Mesh& mesh) {
     return surface_error(input, mesh, {kSamples, 0}).psnr;
 }
 
-Mesh placed(const DracoMesh& coded, const Box& box, unsigned bits) {
+Mesh placed(const GridMesh& coded, const Box& box, unsigned bits) {
     Mesh mesh;
     mesh.faces = coded.faces;
     const double cell = std::ldexp(box.diagonal(), -static_cast<int>(bits));
@@ -113,7 +113,7 @@ DecodeTime time_draco(const Mesh& input, const Mesh& mesh, double psnr) {
         }
         const Bytes bytes = write_draco(mesh.faces, grid, false, kDracoSpeed);
         const auto V = static_cast<std::uint32_t>(grid.size()), F = static_cast<std::uint32_t>(mesh.faces.size());
-        const Result<DracoMesh> coded = read_draco(bytes, false, V, F);
+        const Result<GridMesh> coded = read_draco(bytes, false, V, F);
         if (!coded.ok()) continue;
         out = {fmt::format("Draco level 7, {} bits", bits), bytes.size(), coded->grid.size(),
                psnr_of(input, placed(*coded, box, bits)), 0};

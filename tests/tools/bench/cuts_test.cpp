@@ -15,7 +15,7 @@ TEST(Cuts, MoreBytesOfAFileNeverRaiseItsError) {
     const Bytes file = encode_parts({bumpy_ball(4)}, options).file;
     const Cuts cuts = cut(ball, file, 60, 8'000);
     EXPECT_LE(cuts.largest_rise, 0.05);
-    EXPECT_GE(cuts.qualities, 50u) << "nearly every cut of a file is a quality of its own";
+    EXPECT_GE(cuts.qualities, 45u) << "but for cuts some bytes apart, each is a quality of its own";
     EXPECT_EQ(cuts.points.back().bytes, file.size());
 }
 

@@ -1,0 +1,38 @@
+#include "codec/entropy/dec_mesh.h"
+
+#include <memory>
+
+#include "codec/entropy/dec_range_coder.h"
+#include "codec/entropy/mesh_coder.h"
+
+namespace mvw {
+
+namespace {
+
+class Answers {
+ public:
+    explicit Answers(ByteSpan bytes) : decoder_(bytes) {}
+    bool code(std::uint32_t probability, bool) { return decoder_.decode(probability); }
+    static BeyondGate beyond(const MeshGrowth&, std::uint32_t) { return {}; }
+    static GridPoint position(std::uint32_t) { return {}; }
+
+ private:
+    RangeDecoder<false> decoder_;
+};
+
+}  // namespace
+
+Result<GridMesh> decode_mesh(ByteSpan bytes, std::uint32_t vertices, std::uint32_t faces, bool has_boundary,
+                             unsigned bits) {
+    const auto malformed = [] {
+        return Error{Errc::Malformed, 0, "the base's bytes make no mesh of the header's counts"};
+    };
+    if (bits > kMaxMeshBits) return malformed();
+    auto model = std::make_unique<MeshModel>();
+    Answers answers(bytes);
+    MeshCoder coder(vertices, faces, has_boundary, bits, *model, answers);
+    if (!coder.run()) return malformed();
+    return GridMesh{coder.growth().faces(), coder.positions()};
+}
+
+}  // namespace mvw

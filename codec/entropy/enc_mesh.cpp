@@ -1,0 +1,49 @@
+#include "codec/entropy/enc_mesh.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "codec/entropy/enc_range_coder.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr std::uint32_t kBeginnings = 8;
+constexpr std::uint32_t kMostForBeginnings = 20'000;  // faces
+
+class Writer : public MeshSource {
+ public:
+    using MeshSource::MeshSource;
+    bool code(std::uint32_t probability, bool truth) {
+        encoder_.encode(truth, probability);
+        return truth;
+    }
+    Bytes finish() { return encoder_.finish(); }
+
+ private:
+    RangeEncoder encoder_;
+};
+
+EncodedMesh encode_from(const BaseMesh& mesh, const std::vector<GridPoint>& grid, unsigned bits, std::uint32_t face) {
+    const auto model = std::make_unique<MeshModel>();
+    Writer writer(mesh, grid, face);
+    MeshCoder coder(mesh.vertex_count(), mesh.face_count(), writer.has_boundary(), bits, *model, writer);
+    if (!coder.run() || writer.failed()) return {};
+    return {writer.finish(), writer.take_origin()};
+}
+
+}  // namespace
+
+EncodedMesh encode_mesh(const BaseMesh& mesh, const std::vector<GridPoint>& grid, unsigned bits) {
+    EncodedMesh best;
+    const std::uint32_t F = mesh.face_count(), beginnings = F <= kMostForBeginnings ? std::min(F, kBeginnings) : 1;
+    for (std::uint64_t k = 0; k < beginnings; ++k) {
+        EncodedMesh coded = encode_from(mesh, grid, bits, static_cast<std::uint32_t>(k * F / beginnings));
+        if (!coded.bytes.empty() && (best.bytes.empty() || coded.bytes.size() < best.bytes.size()))
+            best = std::move(coded);
+    }
+    return best;
+}
+
+}  // namespace mvw
