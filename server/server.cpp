@@ -144,8 +144,11 @@ class Server::Impl {
           scan_timer_(control_),
           signals_(control_) {}
     ~Impl() {
-        stop();
-        wait();
+        try {
+            stop();
+            wait();
+        } catch (...) {  // the workers end with what follows
+        }
         tcp_listener_->forget();
         http_listener_->forget();
         store_.reset();  // its thread may call on connections, which go with what follows

@@ -48,7 +48,7 @@ class RangeDecoder {
         const std::uint32_t is_zero = std::uint32_t{bit} - 1u;
         code_ -= one & is_zero;
         range_ = one ^ ((one ^ (range_ - one)) & is_zero);
-        const auto shift = static_cast<unsigned>(std::countl_zero(range_)) & ~7u;
+        const auto shift = static_cast<unsigned>(std::countl_zero(range_)) & 24u;
         std::uint32_t ahead = 0;
         std::memcpy(&ahead, next_, sizeof ahead);
         if constexpr (std::endian::native == std::endian::little) ahead = __builtin_bswap32(ahead);

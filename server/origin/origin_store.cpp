@@ -162,6 +162,7 @@ class OriginStore final : public Store {
         for (const auto& [name, entry] : entries_)
             if (entry.model) stamps[name] = stamp_of(*entry.model);
         std::vector<StoreEntry> entries;
+        entries.reserve(stamps.size());
         for (const auto& [name, stamp] : stamps) entries.push_back({name, stamp});
         return entries;
     }

@@ -227,7 +227,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
                 co_return false;
             }
             if (!source.ready(offset, n)) {
-                const Fetch fetch = [&](Fetched done) { source.fetch(offset, n, done); };
+                const Fetch fetch = [&](const Fetched& done) { source.fetch(offset, n, done); };
                 const Result<void> fetched = co_await wait_for<Result<void>>(strand_, fetch);
                 if (ended_) co_return false;
                 if (!fetched) {

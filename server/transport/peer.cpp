@@ -142,8 +142,8 @@ class Peer final : public Connection, public std::enable_shared_from_this<Peer> 
     // The first bytes of the range at the queue's front.
     asio::awaitable<bool> fetch() {
         const SendRange range = std::get<SendRange>(queue_.front());
-        const std::function<void(Fetched)> begin = [range](Fetched done) {
-            range.model->fetch(range.offset, std::min(range.length, kFetchBytes), std::move(done));
+        const std::function<void(Fetched)> begin = [range](const Fetched& done) {
+            range.model->fetch(range.offset, std::min(range.length, kFetchBytes), done);
         };
         const Result<void> fetched = co_await wait_for<Result<void>>(carrier_->strand(), begin);
         if (!ended_ && !fetched) read_failed(fetched.error());

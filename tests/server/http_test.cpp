@@ -221,8 +221,10 @@ TEST_F(HttpTest, RandomBytesLeaveItServing) {
         tcp::socket socket = connect();
         std::string noise(300, ' ');
         for (char& c : noise) c = static_cast<char>((random = random * 1664525u + 1013904223u) >> 24);
-        if (round % 2 == 0)
-            noise = "GET /stream HTTP/1.1\r\nConnection: upgrade\r\nUpgrade: websocket\r\n" + noise + "\r\n\r\n";
+        if (round % 2 == 0) {
+            noise.insert(0, "GET /stream HTTP/1.1\r\nConnection: upgrade\r\nUpgrade: websocket\r\n");
+            noise += "\r\n\r\n";
+        }
         send(socket, noise);
     }
     EXPECT_TRUE(connections_become(0));

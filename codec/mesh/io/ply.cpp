@@ -198,9 +198,9 @@ std::uint8_t to_channel(double value, Scalar type) {
 void read_list(Values& values, const Property& property, std::vector<std::uint32_t>* corners) {
     const double count = values.next(property.count_type);
     // Checked before the loop: a short file cannot make it long.
-    if (!(count >= 0) || count > static_cast<double>(values.remaining() / values.least_bytes(property.type)))
-        return values.fail();
-    for (double k = 0; k < count; ++k) {
+    const std::size_t most = values.remaining() / values.least_bytes(property.type);
+    if (!(count >= 0) || count > static_cast<double>(most)) return values.fail();
+    for (auto left = static_cast<std::size_t>(std::ceil(count)); left > 0; --left) {
         const std::uint32_t index = to_index(values.next(property.type));
         if (corners != nullptr) corners->push_back(index);
     }

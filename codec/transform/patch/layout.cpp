@@ -10,7 +10,7 @@ Layout::Layout(unsigned level, unsigned lane_count) : n(1 << level), lanes(lane_
     std::int32_t end = 0;
     // Rows 0 and -1 have no ghosts at their ends: the rows around them are what kernels read there, and discard.
     const auto place = [&](int i, int first, int count) {
-        row_starts_[static_cast<std::size_t>(i + 1)] = end - first * step;
+        row_starts_[static_cast<std::size_t>(i) + 1] = end - first * step;
         end += count * step;
     };
     place(1, -1, n + 2);

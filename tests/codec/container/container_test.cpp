@@ -205,8 +205,9 @@ TEST(Toc, LimitsAreEnforced) {
 
 TEST(WriteFile, RefusesChunksThatNoDecoderCouldUse) {
     Sample s = sample();
-    const auto write = [&](std::vector<std::size_t> order) {
+    const auto write = [&](const std::vector<std::size_t>& order) {
         std::vector<ChunkToWrite> chunks;
+        chunks.reserve(order.size());
         for (const std::size_t i : order) chunks.push_back(s.chunks[i]);
         return write_file(two_parts(), chunks);
     };

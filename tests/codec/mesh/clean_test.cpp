@@ -77,7 +77,8 @@ TEST(Clean, MinusZeroAndZeroAreOnePosition) {
 
 TEST(Clean, ColorsAndMaterialsFollow) {
     Mesh mesh = icosphere(1);
-    for (std::uint8_t v = 0; v < mesh.positions.size(); ++v) mesh.colors.push_back({v, 0, 0, 255});
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+        mesh.colors.push_back({static_cast<std::uint8_t>(v), 0, 0, 255});
     for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) mesh.materials.push_back(f % 3);
     mesh.faces.insert(mesh.faces.begin(), {5, 5, 1});
     mesh.materials.insert(mesh.materials.begin(), 9);
@@ -88,7 +89,7 @@ TEST(Clean, ColorsAndMaterialsFollow) {
     const Mesh out = cleaned(mesh);
     ASSERT_EQ(out.colors.size(), out.positions.size());
     ASSERT_EQ(out.materials.size(), out.faces.size());
-    for (std::uint8_t v = 0; v < out.positions.size(); ++v) EXPECT_EQ(out.colors[v].r, v);
+    for (std::size_t v = 0; v < out.positions.size(); ++v) EXPECT_EQ(out.colors[v].r, v);
     for (std::uint32_t f = 0; f < out.faces.size(); ++f) EXPECT_EQ(out.materials[f], f % 3);
 }
 

@@ -103,7 +103,7 @@ inline BaseMesh chain_of_tori(std::uint32_t count) {
 /// All of them: closed, open, genus 1 to 3, valences 3 to 12, creases that pass, end and meet.
 inline std::vector<NamedBase> all_bases() {
     std::vector<NamedBase> bases;
-    const auto add = [&](std::string name, BaseMesh base, std::vector<std::uint32_t> creases = {}) {
+    const auto add = [&](std::string name, BaseMesh base, const std::vector<std::uint32_t>& creases = {}) {
         std::vector<std::uint8_t> flags;
         if (!creases.empty()) flags.resize(base.edge_count());
         for (const std::uint32_t e : creases) flags[e] = 1;

@@ -19,7 +19,8 @@ TEST(SynthesisGains, MatchTheEffectOfOneCoefficient) {
         const auto V = vertices_at_level(base, levels);
         std::vector<Vec3> flat(V), moved(V), zero(V);
         for (std::uint32_t v = 0; v < base.vertex_count(); ++v) {
-            const double x = v % 13, y = double(v / 13);
+            const std::uint32_t row = v / 13;
+            const double x = v % 13, y = row;
             zero[v] = {x + y / 2, y * std::sqrt(0.75), 0};
         }
         transform.synthesize(zero, levels, flat);

@@ -50,6 +50,7 @@ std::vector<double> weights_of(const DiscreteLifting& lifting, std::uint32_t edg
     std::vector<LiftTerm> terms;
     lifting.weights(edge, four, terms);
     std::vector<double> weights;
+    weights.reserve(terms.size());
     for (const LiftTerm& t : terms) weights.push_back(t.weight);
     return weights;
 }

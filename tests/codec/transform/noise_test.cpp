@@ -31,6 +31,7 @@ std::vector<Vec3f> bumpy_ball(const BaseMesh& base) {
             points[e.odd] = normalized(points[level.from(e.half)] + points[level.to(e.half)]);
     }
     std::vector<Vec3f> out;
+    out.reserve(points.size());
     for (const Vec3& p : points)
         out.push_back(
             to_float(p * (1 + 0.2 * std::sin(5 * p.x) * std::cos(4 * p.y + 1) + 0.08 * std::sin(11 * p.z + 3 * p.x) +

@@ -19,8 +19,10 @@ Sheet flat_sheet(std::uint32_t w, unsigned levels, double margin) {
     Sheet sheet{test::grid(w, w, false), {}, {}};
     const auto V = vertices_at_level(sheet.base, levels);
     std::vector<Vec3> coarse(V), fine(V);
-    for (std::uint32_t v = 0; v < sheet.base.vertex_count(); ++v)
-        coarse[v] = {double(v % (w + 1)), double(v / (w + 1)), 0};
+    for (std::uint32_t v = 0; v < sheet.base.vertex_count(); ++v) {
+        const std::uint32_t column = v % (w + 1), row = v / (w + 1);
+        coarse[v] = {double(column), double(row), 0};
+    }
     ReferenceTransform(sheet.base, levels, {.kind = TransformKind::InterpLazy, .local_frames = false})
         .synthesize(coarse, levels, fine);
     for (const Vec3& p : fine) {
@@ -93,6 +95,7 @@ TEST(Transforms, FramesTurnWithTheSurface) {
     const auto V = vertices_at_level(base, 3);
     const std::vector<Vec3> positions = test::random_positions(V);
     std::vector<Vec3> turned;
+    turned.reserve(positions.size());
     for (const Vec3& p : positions) turned.push_back({p.y + 3, p.z - 1, p.x});
     const ReferenceTransform transform(base, 3, {});
     std::vector<Vec3> plain(V), found(V);

@@ -101,6 +101,7 @@ TEST_F(OriginTest, SeveralClientsAtOnceGetTheirWholeModelsAndTheStoreIsAskedOnce
     origin_.fresh_time = 60s;
     start_near();
     std::vector<std::unique_ptr<Downloader>> clients;
+    clients.reserve(6);
     for (int i = 0; i < 6; ++i)
         clients.push_back(std::make_unique<Downloader>(near_->tcp_address(), i % 2 == 0 ? "a" : "sub dir/b.mvw"));
     for (int i = 0; i < 6; ++i) {

@@ -8,11 +8,13 @@ namespace {
 
 std::vector<Vec3f> rounded(const std::vector<Vec3>& points) {
     std::vector<Vec3f> result;
+    result.reserve(points.size());
     for (const Vec3& p : points) result.push_back(to_float(p));
     return result;
 }
 std::vector<Vec3> widened(const std::vector<Vec3f>& points) {
     std::vector<Vec3> result;
+    result.reserve(points.size());
     for (const Vec3f& p : points) result.push_back(to_double(p));
     return result;
 }
