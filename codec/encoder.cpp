@@ -33,6 +33,10 @@ RemeshOptions remeshing_of(const EncodeOptions& options, unsigned base_faces) {
     return remeshing;
 }
 
+/// Up to so many vertices a larger base is refined as often as a smaller one: any number that is few, or this many
+/// times the input's.
+constexpr double kFewVertices = 65'536, kMostGrowth = 8;
+
 /// Faces of the base where other bases can be tried: one part, remeshed by default, of no more than kMostToTry
 /// vertices; else 0.
 unsigned base_to_vary(const Mesh& mesh, const RemeshResult& remeshed, const EncodeOptions& options) {
@@ -70,9 +74,11 @@ Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
     if (base == 0) return Draft::make(input, std::move(remeshed), options);
     const double factor = remeshed.parts[0].creases.empty() ? 1 / kBaseFactor : kBaseFactor;
     const auto levels = static_cast<int>(remeshed.parts[0].levels);
+    const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input.mesh().positions.size()));
     const auto draft_at = [&](int steps, const EncodeOptions& with) {
-        const auto faces = static_cast<unsigned>(base * std::pow(factor, steps));
-        return draft_of_base(input, faces, faces > base ? levels : -1, with);
+        const double faces = base * std::pow(factor, steps);
+        const bool keeps_levels = faces > base && faces * std::pow(4, levels) / 2 <= most_vertices;
+        return draft_of_base(input, static_cast<unsigned>(faces), keeps_levels ? levels : -1, with);
     };
     std::optional<Result<Draft>> first, second;
     const auto measured = [](Result<Draft> draft) {
