@@ -63,6 +63,7 @@ TEST_F(ServerTest, SeveralClientsAtOnceGetTheirWholeModels) {
     folder_.put("sub/b.mvw", b);
     start();
     std::vector<std::unique_ptr<Downloader>> clients;
+    clients.reserve(6);
     for (int i = 0; i < 6; ++i)
         clients.push_back(std::make_unique<Downloader>(address(), i % 2 == 0 ? "a" : "sub/b.mvw"));
     for (int i = 0; i < 6; ++i) {

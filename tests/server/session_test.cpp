@@ -16,7 +16,6 @@ using namespace protocol;
 using namespace std::chrono_literals;
 using test::make_stream_file;
 using test::MemoryModel;
-using test::StreamModelShape;
 
 /// A session with a peer made of literals: collects what the session sends and reads it as messages.
 class SessionTest : public testing::Test {

@@ -319,6 +319,7 @@ void add(Table& table, const std::string& measure, const std::string& value, con
 Result<void> compare_throughput(const Served& server, const std::vector<std::string>& models,
                                 const LoadOptions& options, Table& table) {
     std::vector<std::string> paths;
+    paths.reserve(models.size());
     for (const std::string& m : models) paths.push_back("/models/" + m + ".mvw");
     std::string scratch = (fs::temp_directory_path() / "mvw_load_XXXXXX").string();
     if (::mkdtemp(scratch.data()) == nullptr) return Error{Errc::Io, 0, "no temporary folder can be made"};
