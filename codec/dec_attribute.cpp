@@ -70,9 +70,20 @@ std::vector<double>& field_of(Mesh& mesh, FieldKind kind, const std::string& nam
 /// Those of the surface, turned by what was coded.
 void append_normals(std::span<const Vec3f> values, std::size_t first_vertex, std::size_t first_face, const Mesh& mesh,
                     std::vector<double>& out) {
-    const std::vector<Vec3> normals = vertex_normals(mesh.positions, std::span(mesh.faces).subspan(first_face));
+    // From the part alone, about as large as 1, so that products neither vanish nor overflow whatever the model's size.
+    const std::span<const Vec3> positions = std::span(mesh.positions).subspan(first_vertex);
+    double extent = 0;
+    for (const Vec3& p : positions)
+        for (std::size_t k = 0; k < 3; ++k) extent = std::max(extent, std::abs(p[k] - positions[0][k]));
+    std::vector<Vec3> around;
+    around.reserve(positions.size());
+    for (const Vec3& p : positions) around.push_back(extent > 0 ? (p - positions[0]) / extent : Vec3{});
+    std::vector<Face> faces(mesh.faces.begin() + static_cast<std::ptrdiff_t>(first_face), mesh.faces.end());
+    for (Face& f : faces)
+        for (std::uint32_t& v : f) v -= static_cast<std::uint32_t>(first_vertex);
+    const std::vector<Vec3> normals = vertex_normals(around, faces);
     for (std::size_t v = 0; v < values.size(); ++v) {
-        const Vec3& n = normals[first_vertex + v];
+        const Vec3& n = normals[v];
         const Vec3 turned = normalized(n + to_double(values[v]));
         for (std::size_t k = 0; k < 3; ++k) out.push_back(turned[k]);
     }

@@ -75,6 +75,8 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
     flags = in.u8();
     p.error_code = in.u8();
     p.base_bits = in.u8();
+    if (in.ok() && (flags & kBaseSequential) != 0 && (flags & kBaseGrown) != 0)
+        return malformed("the base's mesh is coded in two ways");
     if (in.ok() && (flags & ~kBaseAllFlags) != 0) return Error{Errc::Unsupported, 0, "the base has unknown flags"};
     if (in.ok() && (p.base_bits < 1 || p.base_bits > 30)) return malformed("the base's precision is out of range");
     if (transform >= kTransformCount) return Error{Errc::Unsupported, 0, "the transform is unknown"};
@@ -135,9 +137,7 @@ Result<GridMesh> read_level_0(ByteSpan bytes, unsigned flags, unsigned bits, con
     if (info.base_faces > kMaxFacesPerByte * bytes.size())
         return malformed("the base has more faces than its bytes can hold");
     const bool has_boundary = 2 * std::uint64_t{info.base_edges} != 3 * std::uint64_t{info.base_faces};
-    Result<GridMesh> mesh = decode_mesh(bytes, info.base_vertices, info.base_faces, has_boundary, bits);
-    if (!mesh.ok()) return mesh.error();
-    return GridMesh{std::move(mesh->faces), std::move(mesh->grid)};
+    return decode_mesh(bytes, info.base_vertices, info.base_faces, has_boundary, bits);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace {
 constexpr std::uint64_t kBytesPerVertex = 192;
 /// What an attribute adds to that.
 constexpr std::uint64_t kBytesPerAttribute = 96;
+constexpr std::uint64_t kBytesPerBaseFace = 160;  // while its mesh is decoded: faces, edges, their map, border
 /// What a block costs besides: its adaptive state.
 constexpr std::uint64_t kBytesPerBlock = 8192;
 
@@ -69,7 +70,7 @@ Result<void> PartDecoder::take(const ChunkId& id, ByteSpan payload, bool whole) 
 }
 
 Result<void> PartDecoder::take_base(ByteSpan payload) {
-    if (info_.base_vertices > most_vertices_)
+    if (info_.base_vertices > most_vertices_ || info_.base_faces > most_vertices_ * kBytesPerVertex / kBytesPerBaseFace)
         return Error{Errc::LimitExceeded, 0, "the base takes more vertices or memory than the limit"};
     Result<DecodedBase> base = read_base(payload, info_, transform_kind_);
     if (!base.ok()) return base.error();
@@ -110,7 +111,8 @@ void PartDecoder::retry_all_waiting() {
 
 Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const GeometryFront& front) {
     const unsigned low = lowest_plane_of(id);
-    if (front.top_plane < low || front.top_plane >= layers_) return malformed("a chunk's planes are out of range");
+    if (front.top_plane < low || front.top_plane >= std::min<unsigned>(layers_, kMaxPlanes))
+        return malformed("a chunk's planes are out of range");
     if (front.needs_parent && !has_parents(id.level)) return malformed("a chunk needs a level that has no details");
     if (!base_) return Readiness::Waits;
     if (!kind_of(id.channel) && attributes_.empty()) return Readiness::Waits;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kFinestColorError = 1.0 / 255;   // RMS that plane 0 leaves of a component
 constexpr double kFinestNormalError = 1.0 / 200;  // likewise
+constexpr double kSameValue = 1e-12;              // of a value: less is rounding
 constexpr double kMove = 2.5;                     // step of the finest vertices over what it leaves, dead zone included
 // A colour error of 40 dB counts as a surface error of 70 dB: both begin to be seen there on a screen.
 constexpr double kColorWeight = 1e-3;
@@ -62,6 +63,8 @@ Attribute scalars_of(const VertexField& field, double finest_error) {
     const auto [least, most] = std::ranges::minmax(field.values);
     a.params.middle = least / 2 + most / 2;
     a.params.range = most - least;
+    // What rounding leaves of a constant, as means of it are, is no range.
+    if (a.params.range <= kSameValue * std::max(std::abs(least), std::abs(most))) a.params.range = 0;
     double sum = 0;
     for (const double value : field.values) {
         const double x = a.params.range > 0 ? (value - a.params.middle) / a.params.range : 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "codec/enc_remeshed.h"
@@ -14,6 +16,7 @@ namespace {
 
 constexpr std::size_t kMostToTry = 150'000;  // vertices of a model for which several remeshes are made
 constexpr double kBaseFactor = 1.6;          // from one base to the next
+constexpr double kMostGrowth = 8;            // of vertices: so far, or up to few, a larger base keeps its levels
 constexpr double kLeastGain = 0.1;           // dB; less is chance
 constexpr double kMostLoss = 1.3;            // of the remeshing error, against that of the first base, ...
 constexpr double kSmallError = 6e-5;         // ... or what is small of the diagonal
@@ -32,10 +35,6 @@ RemeshOptions remeshing_of(const EncodeOptions& options, unsigned base_faces) {
     remeshing.progress = options.progress;
     return remeshing;
 }
-
-/// Up to so many vertices a larger base is refined as often as a smaller one: any number that is few, or this many
-/// times the input's.
-constexpr double kFewVertices = 65'536, kMostGrowth = 8;
 
 /// Faces of the base where other bases can be tried: one part, remeshed by default, of no more than kMostToTry
 /// vertices; else 0.
@@ -107,6 +106,25 @@ Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
     return is_better(third, *best) ? std::move(third) : std::move(best);
 }
 
+/// Whether the fields are as VertexField says, each scalar by a name of its own.
+bool are_fields_sound(const Mesh& mesh) {
+    std::set<std::string> names;
+    unsigned normals = 0;
+    for (const VertexField& field : mesh.fields) {
+        const bool is_scalar = field.kind == FieldKind::Scalar;
+        if (field.values.size() != field.components() * mesh.positions.size()) return false;
+        if (!std::all_of(field.values.begin(), field.values.end(), [](double x) { return std::isfinite(x); }))
+            return false;
+        if (!is_scalar && ++normals > 1) return false;
+        if (!is_scalar) continue;
+        const auto is_good = [](char c) { return c >= '!' && c <= '~'; };
+        const bool named = !field.name.empty() && field.name.size() <= kMaxFieldName &&
+                           std::all_of(field.name.begin(), field.name.end(), is_good);
+        if (!named || !names.insert(field.name).second) return false;
+    }
+    return true;
+}
+
 /// Takes away the fields that are not asked for, or more than a file holds, normals first. Names of the latter.
 std::vector<std::string> choose_fields(const EncodeOptions& options, std::vector<VertexField>& fields) {
     std::erase_if(fields, [&](const VertexField& field) {
@@ -128,6 +146,9 @@ Result<Draft> lossless_draft(EncoderInput& input, const EncodeOptions& options) 
 }  // namespace
 
 Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
+    if (!are_fields_sound(mesh))
+        return Error{Errc::InvalidArgument, 0,
+                     "a field of the vertices has no name of its own, or not a finite value each"};
     Encoded out;
     out.left_out = choose_fields(asked_for, mesh.fields);
     mesh = clean(std::move(mesh), out.cleaning);

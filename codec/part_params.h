@@ -42,7 +42,7 @@ inline std::uint8_t step_to_code(double step) {
     return static_cast<std::uint8_t>(code);
 }
 
-/// What an attribute of vertices is. On disk: append values, never renumber (FORMAT.md 4.1).
+/// What an attribute of vertices is. On disk: append values, never renumber (FORMAT.md 4.8).
 enum class AttributeKind : std::uint8_t {
     Color = 0,       // Y, Co, Cg (color.h)
     ColorAlpha = 1,  // and alpha

@@ -14,7 +14,7 @@ namespace mvw {
 
 /// What a chunk carries. On disk: append values, never renumber (FORMAT.md 3.1). A reader skips those it does not know.
 enum class Channel : std::uint8_t {
-    Base = 0,         // connectivity, coarse positions, creases and labels of one part's level 0 (Draco inside)
+    Base = 0,         // connectivity, coarse positions, creases and labels of one part's level 0
     Geometry = 1,     // position coefficients of one (part, tile, level, layer); level 0: what the base's rounding left
     Color = 2,        // colour coefficients, likewise
     Original = 3,     // the input mesh itself (Draco), one chunk a file

@@ -32,7 +32,7 @@ Result<GridMesh> decode_mesh(ByteSpan bytes, std::uint32_t vertices, std::uint32
     Answers answers(bytes);
     MeshCoder coder(vertices, faces, has_boundary, bits, *model, answers);
     if (!coder.run()) return malformed();
-    return GridMesh{coder.growth().faces(), coder.positions()};
+    return GridMesh{coder.take_faces(), coder.take_positions()};
 }
 
 }  // namespace mvw

@@ -29,8 +29,11 @@ EncodedMesh encode_from(const BaseMesh& mesh, const std::vector<GridPoint>& grid
     const auto model = std::make_unique<MeshModel>();
     Writer writer(mesh, grid, face);
     MeshCoder coder(mesh.vertex_count(), mesh.face_count(), writer.has_boundary(), bits, *model, writer);
-    if (!coder.run() || writer.failed()) return {};
-    return {writer.finish(), writer.take_origin()};
+    if (!coder.run()) return {};
+    EncodedMesh coded{writer.finish(), writer.take_origin()};
+    for (std::size_t v = 0; v < grid.size(); ++v)  // as a decoder will have them
+        if (coder.positions()[v] != grid[coded.origin.vertex[v]]) return {};
+    return coded;
 }
 
 }  // namespace

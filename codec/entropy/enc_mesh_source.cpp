@@ -31,7 +31,6 @@ BeyondGate MeshSource::beyond(const MeshGrowth& growth, std::uint32_t gate) {
     take(there);
     if (after) return {BeyondGate::FillAfter, 0};
     if (before) return {BeyondGate::FillBefore, 0};
-    failed_ = failed_ || other == kNone;
     return {BeyondGate::Join, other};
 }
 

@@ -25,8 +25,6 @@ class MeshSource {
     const GridPoint& position(std::uint32_t vertex);
 
     [[nodiscard]] bool has_boundary() const { return has_boundary_; }
-    /// The mesh cannot be coded so: at one of its vertices two surfaces touch.
-    [[nodiscard]] bool failed() const { return failed_; }
     MeshOrigin take_origin() { return std::move(origin_); }
 
  private:
@@ -54,7 +52,6 @@ class MeshSource {
     const std::vector<GridPoint>& grid_;
     std::uint32_t next_start_;
     bool has_boundary_;
-    bool failed_ = false;
     std::vector<std::uint8_t> taken_, seen_;        // faces, vertices
     std::vector<std::uint32_t> last_node_, older_;  // by source vertex; by node: nodes of one vertex, newest first
     MeshOrigin origin_;

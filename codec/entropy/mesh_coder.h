@@ -16,7 +16,7 @@ namespace mvw {
 /// What lies beyond a gate.
 struct BeyondGate {
     enum Kind : std::uint8_t { Nothing, Vertex, FillAfter, FillBefore, Join } kind = Nothing;
-    std::uint32_t other = 0;  // Join: the node
+    std::uint32_t other = 0;  // Join: the node, or kNoNode where the surface touches itself and cannot be coded so
 };
 
 /// Coder   bool code(std::uint32_t probability, bool truth): the bit, truth itself when encoding
@@ -37,8 +37,10 @@ class MeshCoder {
         }
         return positions_.size() == vertices_;
     }
-    [[nodiscard]] const MeshGrowth& growth() const { return growth_; }
+    [[nodiscard]] const std::vector<Face>& faces() const { return growth_.faces(); }
     [[nodiscard]] const std::vector<GridPoint>& positions() const { return positions_; }
+    std::vector<Face> take_faces() { return growth_.take_faces(); }
+    std::vector<GridPoint> take_positions() { return std::move(positions_); }
 
  private:
     static constexpr unsigned kMostLength = kMaxMeshBits + 4;
@@ -107,6 +109,7 @@ class MeshCoder {
                  truth.kind == BeyondGate::Vertex)) {
             return add_vertex(view, gate);
         }
+        if (truth.other == kNoNode) return false;
         const std::uint32_t other = code_node(view, truth.other);
         if (other >= growth_.nodes().size() || !growth_.node(other).alive || other == gate) return false;
         growth_.join(gate, other);

@@ -25,6 +25,7 @@ class MeshGrowth {
     };
 
     [[nodiscard]] const std::vector<Face>& faces() const { return faces_; }
+    std::vector<Face> take_faces() { return std::move(faces_); }
     [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
     [[nodiscard]] const Node& node(std::uint32_t n) const { return nodes_[n]; }
     [[nodiscard]] std::uint32_t next(std::uint32_t n) const { return nodes_[n].next; }

@@ -18,6 +18,9 @@ namespace mvw {
 /// Called from the encoding thread with a phase ("decimate", "sample", ...) and its fraction done in [0, 1].
 using Progress = std::function<void(const char* phase, double done)>;
 
+/// So few vertices cost little: where no levels are asked for, a smooth part gets another one up to this.
+inline constexpr double kFewVertices = 65'536;
+
 struct RemeshOptions {
     unsigned base_faces = 0;  // all parts together; 0: chosen from the model
     int levels = -1;          // -1: chosen from the model

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "codec/dec_attribute.h"
 #include "codec/decoder.h"
@@ -12,6 +13,7 @@
 #include "tests/support/encoded_models.h"
 #include "tests/support/models.h"
 #include "tests/support/semi_regular_models.h"
+#include "tests/support/shapes.h"
 
 namespace mvw {
 namespace {
@@ -122,6 +124,36 @@ TEST(Attributes, AConstantFieldComesBackExactly) {
     const VertexField* age = find(mesh, FieldKind::Scalar, "age");
     ASSERT_NE(age, nullptr);
     for (const double x : age->values) EXPECT_EQ(x, 12345.678);
+}
+
+TEST(Attributes, AConstantFieldOfARemeshCostsNextToNothing) {
+    Mesh mesh = torus(45, 23);
+    EncodeOptions options;
+    options.base_faces = 100;
+    options.threads = 1;
+    const Encoded without = encode(mesh, options).value();
+    mesh.fields.push_back({FieldKind::Scalar, "age", std::vector<double>(mesh.positions.size(), 12345.678)});
+    const Encoded with = encode(mesh, options).value();
+    EXPECT_LT(with.file.size(), without.file.size() + 60);
+    const Mesh back = decode(with.file).value();
+    for (const double x : find(back, FieldKind::Scalar, "age")->values) EXPECT_NEAR(x, 12345.678, 1e-6);
+}
+
+TEST(Attributes, FieldsThatNoFileCouldNameAreRefused) {
+    const Mesh mesh = torus(9, 7);
+    const std::vector<double> values(mesh.positions.size(), 1.0);
+    for (const std::vector<std::string>& names :
+         {std::vector<std::string>{""}, {"a b"}, {"twice", "twice"}, {std::string(64, 'x')}}) {
+        Mesh named = mesh;
+        for (const std::string& name : names) named.fields.push_back({FieldKind::Scalar, name, values});
+        EXPECT_FALSE(encode(named, {}).ok()) << names[0];
+    }
+    Mesh cut = mesh, wild = mesh;
+    cut.fields.push_back({FieldKind::Scalar, "short", {1, 2, 3}});
+    wild.fields.push_back({FieldKind::Scalar, "wild", values});
+    wild.fields[0].values[3] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_FALSE(encode(cut, {}).ok());
+    EXPECT_FALSE(encode(wild, {}).ok());
 }
 
 TEST(Attributes, NormalsThatAreTheSurfacesCostNextToNothing) {

@@ -7,6 +7,7 @@
 
 #include "codec/container/crc32c.h"
 #include "codec/container/enc_file.h"
+#include "codec/dec_part.h"
 #include "codec/measure/surface_error.h"
 #include "tests/support/encoded_models.h"
 #include "tests/support/semi_regular_models.h"
@@ -215,12 +216,34 @@ TEST(Decoder, ABaseThatAsksForGigabytesIsRefusedBeforeDracoSeesIt) {
     }
 }
 
+TEST(Decoder, AGrownBaseOfTooManyFacesOrBitsIsRefused) {
+    const auto read = [](unsigned flags, unsigned bits, std::uint32_t faces, std::size_t bytes) {
+        ByteWriter base;
+        base.u8(static_cast<std::uint8_t>(flags));
+        base.u8(0);
+        base.u8(static_cast<std::uint8_t>(bits));
+        base.varint(bytes);
+        for (std::size_t i = 0; i < bytes; ++i) base.u8(0x55);
+        return read_base(base.take(), {0, faces / 2 + 2, 3 * faces / 2, faces, 1}, 9);
+    };
+    EXPECT_EQ(read(128, 10, 1u << 24, 65'535).error().message, "the base has more faces than its bytes can hold");
+    EXPECT_EQ(read(128, 25, 4, 10).error().message, "the base's bytes make no mesh of the header's counts");
+    EXPECT_EQ(read(129, 10, 4, 10).error().message, "the base's mesh is coded in two ways");
+    // Few vertices, and far more faces than the memory allowed.
+    Workers workers(1);
+    const Limits limits{.max_memory_bytes = 100'000'000};
+    PartDecoder part({0, 3, 3u << 21, 1u << 22, 1}, 9, 1, limits, workers);
+    const Result<void> taken = part.take({}, Bytes(20'000), true);
+    ASSERT_FALSE(taken.ok());
+    EXPECT_EQ(taken.error().code, Errc::LimitExceeded);
+}
+
 TEST(Decoder, RandomBytesInTheBaseNeverCrashIt) {
     std::mt19937 random(3);
     for (int round = 0; round < 3000; ++round) {
         ByteWriter base;
         const bool sequential = random() % 4 == 0;
-        base.u8(sequential ? 1 : 0);
+        base.u8(sequential ? 1 : random() % 2 == 0 ? 128 : 0);
         base.u8(0);
         base.u8(10);
         const unsigned length = 10 + random() % 60;

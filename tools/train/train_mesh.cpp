@@ -13,8 +13,8 @@
 #include <memory>
 #include <numeric>
 
-#include "codec/entropy/mesh_priors.h"
 #include "codec/entropy/enc_mesh_source.h"
+#include "codec/entropy/mesh_priors.h"
 #include "codec/mesh/clean.h"
 #include "codec/mesh/io/mesh_io.h"
 
@@ -92,8 +92,7 @@ template <typename Source>
 bool run(const Sample& sample, MeshModel& model, Source& source) {
     return MeshCoder(sample.mesh.vertex_count(), sample.mesh.face_count(), source.has_boundary(), sample.bits, model,
                      source)
-               .run() &&
-           !source.failed();
+        .run();
 }
 
 void add_samples(const std::string& path, std::vector<Sample>& samples) {

@@ -184,7 +184,8 @@ class SceneReader {
         const Result<Values> points = open_accessor(model_, vertices.position);
         if (!points) return points.error();
         if (points->components != 3) return malformed("positions do not have three coordinates");
-        if (!spend(points->count)) return over_budget();
+        const std::size_t numbers = 1 + vertices.scalars.size() + (vertices.normal >= 0 ? 3u : 0u);
+        if (!spend(points->count * numbers)) return over_budget();
         const std::size_t first = out_.positions.size();
         for (std::size_t v = 0; v < points->count; ++v)
             out_.positions.push_back(to_world({points->at(v, 0), points->at(v, 1), points->at(v, 2)}));

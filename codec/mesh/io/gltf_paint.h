@@ -47,7 +47,7 @@ class GltfPaints {
     std::map<int, GltfPaint> paints_;
     GltfPaint white_;
     std::vector<std::string> missing_;
-    std::uint64_t pixels_left_ = std::uint64_t{1} << 27;  // of all images together
+    std::uint64_t pixels_left_ = kMostPixelsOfFile;
 };
 
 }  // namespace mvw

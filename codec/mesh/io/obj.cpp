@@ -96,16 +96,21 @@ class PaintReader : public tinyobj::MaterialReader {
         if (!is_new) return known->second;
         const Result<Bytes> file = read_file_below(around_.folder, name);
         Result<Texture> texture = file ? Texture::decode(*file) : Result<Texture>(file.error());
-        if (texture)
+        if (texture && texture->pixels() > pixels_left_)
+            texture = Error{Errc::LimitExceeded, 0, "the file's images have too many pixels together"};
+        if (texture) {
+            pixels_left_ -= texture->pixels();
             known->second = std::make_shared<const Texture>(std::move(*texture));
-        else
+        } else {
             missing_.push_back(name + ": " + texture.error().message);
+        }
         return known->second;
     }
 
     const Surroundings& around_;
     std::vector<std::string>& missing_;
     std::map<std::string, std::shared_ptr<const Texture>> textures_;
+    std::uint64_t pixels_left_ = kMostPixelsOfFile;
     std::map<std::string, Paint> paints_;
 };
 

@@ -86,6 +86,7 @@ Result<Property> read_property(std::string_view line, std::string_view element) 
     if (!type) return malformed("the header has a property of an unknown type");
     property.type = *type;
     property.name = next_word(line);
+    if (property.name.empty()) return malformed("the header has a property without a name");
     property.role = role_of(element, property.name, property.list);
     return property;
 }

@@ -10,6 +10,9 @@
 
 namespace mvw {
 
+/// Of all images of a mesh file together.
+inline constexpr std::uint64_t kMostPixelsOfFile = std::uint64_t{1} << 27;
+
 class Texture {
  public:
     enum class Wrap : std::uint8_t { Repeat, Mirror, Clamp };

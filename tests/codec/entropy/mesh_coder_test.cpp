@@ -31,6 +31,15 @@ OnGrid on_grid(const Mesh& mesh, unsigned bits) {
     return out;
 }
 
+/// On a grid of about so many cells an edge.
+OnGrid with_cells(const Mesh& mesh, double cells) {
+    double edges = 0;
+    for (const Face& f : mesh.faces)
+        for (std::size_t k = 0; k < 3; ++k) edges += length(mesh.positions[f[k]] - mesh.positions[f[(k + 1) % 3]]);
+    const double edge = edges / (3 * static_cast<double>(mesh.faces.size())) / bounding_box(mesh).diagonal();
+    return on_grid(mesh, static_cast<unsigned>(std::lround(std::log2(cells / edge))));
+}
+
 bool has_boundary(const BaseMesh& mesh) {
     return 2 * mesh.edge_count() != 3 * mesh.face_count();
 }
@@ -141,19 +150,21 @@ TEST(MeshCoder, AnyBytesAreAMeshOrRefused) {
     EXPECT_FALSE(decode_mesh(whole, 54, 108, false, 25).ok());
 }
 
-TEST(MeshCoder, TakesAtMostNineTenthsOfDracosBytesOnBasesOfScans) {
+TEST(MeshCoder, TakesFewerBytesThanDracoOnBasesOfScans) {
     MVW_SKIP_WITHOUT_MODELS();
-    for (const char* name : {"koala.ply", "bob.obj", "human.obj"}) {
+    // The last one is none that it was trained on, and has thousands of base faces.
+    for (const auto& [name, most] :
+         {std::pair{"koala.ply", 0.9}, {"bob.obj", 0.9}, {"human.obj", 0.9}, {"dragon_res3.ply", 0.98}}) {
         RemeshOptions options;
         options.base_faces = 500;
         options.levels = 1;
         const RemeshResult result = remesh(clean_model(name), options);
         for (const SemiRegularMesh& part : result.parts) {
             const std::vector<Vec3> coarse(part.positions.begin(), part.positions.begin() + part.base.vertex_count());
-            const OnGrid base = on_grid(mesh_of(coarse, part.base.faces()), 7);
+            const OnGrid base = with_cells(mesh_of(coarse, part.base.faces()), 8);
             const Bytes by_draco = write_draco(part.base.faces(), base.grid, false, 0);
             const std::size_t bytes = expect_back(base);
-            EXPECT_LT(static_cast<double>(bytes), 0.9 * static_cast<double>(by_draco.size())) << name;
+            EXPECT_LT(static_cast<double>(bytes), most * static_cast<double>(by_draco.size())) << name;
         }
     }
 }
