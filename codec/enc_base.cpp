@@ -196,7 +196,7 @@ bool grow_base(const BaseMesh& source, const std::vector<GridPoint>& grid, unsig
     for (std::uint32_t f = 0; f < faces.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
             faces[f][k] = number[source.faces()[from.face[f]][(k + from.corner[f]) % 3]];
-    coded.mesh = std::move(*BaseMesh::create(source.vertex_count(), std::move(faces)));
+    coded.mesh = BaseMesh::create(source.vertex_count(), std::move(faces)).value();
     coded.source_face = from.face;
     coded.source_corner = from.corner;
     coded.bytes = std::move(encoded.bytes);

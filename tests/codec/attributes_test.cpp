@@ -290,6 +290,7 @@ TEST(Attributes, AChunkThatContradictsItselfIsRefused) {
     outside.mean = 0.75f;
     EXPECT_EQ(code({outside}), Errc::Malformed);
     std::vector<AttributeParams> nine;
+    nine.reserve(9);
     for (int k = 0; k < 9; ++k) nine.push_back(scalar_params(std::to_string(k)));
     EXPECT_EQ(code(nine), Errc::Malformed);
     AttributeParams strange = color;
