@@ -103,10 +103,10 @@ Result<void> PartDecoder::take_attributes(ByteSpan payload) {
 }
 
 void PartDecoder::retry_all_waiting() {
-    for (std::uint32_t tile = 0; tile < info_.tiles && !waiting_.empty(); ++tile)
-        for (unsigned level = 0; level <= finest_; ++level)
-            for (unsigned channel = 1; channel <= static_cast<unsigned>(Channel::LastField); ++channel)
-                retry_waiting(static_cast<Channel>(channel), static_cast<std::uint16_t>(tile), level);
+    std::vector<ChunkId> ids;  // their part is the channel; parents come first
+    ids.reserve(waiting_.size());
+    for (const auto& [id, payload] : waiting_) ids.push_back(id);
+    for (const ChunkId& id : ids) retry_waiting(static_cast<Channel>(id.part), id.tile, id.level);
 }
 
 Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const GeometryFront& front) {

@@ -44,13 +44,6 @@ Bytes run_draco(const draco::Mesh& mesh, bool sequential, int speed) {
     return {bytes + 11, bytes + buffer.size()};
 }
 
-std::uint32_t opposite_face(const BaseMesh& mesh, std::uint32_t f, unsigned s, unsigned& side) {
-    const BaseEdge& e = mesh.edges()[mesh.edge_of(f, s)];
-    const unsigned other = e.face[0] == f && e.side[0] == s ? 1 : 0;
-    side = e.side[other];
-    return e.face[other];
-}
-
 /// Finds, for each decoded face, its source: a walk over both meshes in step from pairs of faces with equal corners.
 /// Any walk that meets equal positions and equal neighbours everywhere is right, even where points coincide.
 class Matcher {
@@ -114,12 +107,12 @@ class Matcher {
         for (std::size_t i = 0; i < done.size(); ++i) {
             const std::uint32_t f = done[i], g = coded_.source_face[f];
             for (unsigned s = 0; s < 3; ++s) {
-                unsigned side = 0, source_side = 0;
-                const std::uint32_t next = opposite_face(coded_.mesh, f, s, side);
-                const std::uint32_t source_next =
-                    opposite_face(source_, g, (s + coded_.source_corner[f]) % 3, source_side);
-                if ((next == kNone) != (source_next == kNone)) return false;
-                if (next != kNone && !pair(next, source_next, (source_side + 3 - side) % 3, done)) return false;
+                const BaseMesh::Side next = coded_.mesh.beyond(f, s);
+                const BaseMesh::Side source_next = source_.beyond(g, (s + coded_.source_corner[f]) % 3);
+                if ((next.face == kNone) != (source_next.face == kNone)) return false;
+                if (next.face != kNone &&
+                    !pair(next.face, source_next.face, (source_next.side + 3 - next.side) % 3, done))
+                    return false;
             }
         }
         return true;

@@ -12,7 +12,7 @@ MeshSource::MeshSource(const BaseMesh& mesh, const std::vector<GridPoint>& grid,
           std::any_of(mesh.edges().begin(), mesh.edges().end(), [](const BaseEdge& e) { return e.face[1] == kNone; })),
       taken_(mesh.face_count(), 0),
       seen_(mesh.vertex_count(), 0),
-      last_node_(mesh.vertex_count(), kNone) {}
+      last_node_(mesh.vertex_count(), kNoNode) {}
 
 BeyondGate MeshSource::beyond(const MeshGrowth& growth, std::uint32_t gate) {
     list_nodes(growth);
@@ -57,12 +57,6 @@ void MeshSource::begin_component() {
     for (unsigned k = 0; k < 3; ++k) add_vertex(corner(s, k));
 }
 
-MeshSource::Side MeshSource::other_side(const Side& s) const {
-    const BaseEdge& e = mesh_.edges()[mesh_.edge_of(s.face, s.side)];
-    const unsigned other = e.face[0] == s.face && e.side[0] == s.side ? 1 : 0;
-    return {e.face[other], e.side[other]};
-}
-
 /// The source's side beyond a node's edge: it runs as the edge does.
 MeshSource::Side MeshSource::across(const MeshGrowth& growth, std::uint32_t node) const {
     const std::uint32_t face = growth.node(node).face, end = growth.node(growth.next(node)).vertex;
@@ -85,17 +79,17 @@ std::uint32_t MeshSource::node_of(const MeshGrowth& growth, const Side& triangle
     for (Side s{triangle.face, (triangle.side + 1) % 3};; s.side = (s.side + 2) % 3) {  // towards w
         const std::uint32_t from = corner(s, 0);
         s = other_side(s);
-        if (s.face == kNone) return kNone;
+        if (s.face == kNone) return kNoNode;
         if (taken_[s.face] == 0) continue;
         const std::uint32_t n = node_with_edge(growth, from, w);
-        return n == kNone ? kNone : growth.next(n);
+        return n == kNoNode ? kNoNode : growth.next(n);
     }
 }
 
 std::uint32_t MeshSource::node_with_edge(const MeshGrowth& growth, std::uint32_t from, std::uint32_t to) const {
-    for (std::uint32_t n = last_node_[from]; n != kNone; n = older_[n])
+    for (std::uint32_t n = last_node_[from]; n != kNoNode; n = older_[n])
         if (growth.node(n).alive && source_of(growth, growth.next(n)) == to) return n;
-    return kNone;
+    return kNoNode;
 }
 
 void MeshSource::list_nodes(const MeshGrowth& growth) {

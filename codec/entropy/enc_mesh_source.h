@@ -28,18 +28,14 @@ class MeshSource {
     MeshOrigin take_origin() { return std::move(origin_); }
 
  private:
-    /// A side of a face of the source.
-    struct Side {
-        std::uint32_t face;
-        unsigned side;
-    };
+    using Side = BaseMesh::Side;  // of the source
     [[nodiscard]] std::uint32_t corner(const Side& s, unsigned k) const {
         return mesh_.faces()[s.face][(s.side + k) % 3];
     }
+    [[nodiscard]] Side other_side(const Side& s) const { return mesh_.beyond(s.face, s.side); }
     [[nodiscard]] std::uint32_t source_of(const MeshGrowth& growth, std::uint32_t node) const {
         return origin_.vertex[growth.node(node).vertex];
     }
-    [[nodiscard]] Side other_side(const Side& s) const;
     [[nodiscard]] Side across(const MeshGrowth& growth, std::uint32_t node) const;
     [[nodiscard]] std::uint32_t node_of(const MeshGrowth& growth, const Side& triangle) const;
     [[nodiscard]] std::uint32_t node_with_edge(const MeshGrowth& growth, std::uint32_t from, std::uint32_t to) const;

@@ -13,15 +13,16 @@ template <typename Place>
 SemiRegularMesh refine(BaseMesh base, const std::vector<Vec3>& points, unsigned levels, Place place) {
     SemiRegularMesh out{{}, levels, std::vector<Vec3>(vertices_at_level(base, levels)), {}, {}, {}};
     std::vector<std::uint32_t> patch;
-    const double n = double(1u << levels);
+    const unsigned n = 1u << levels;
     for (std::uint32_t f = 0; f < base.face_count(); ++f) {
         patch_vertices(base, f, levels, patch);
         const Face& c = base.faces()[f];
         std::size_t at = 0;
-        for (double i = 0; i <= n; ++i)
-            for (double k = 0; i + k <= n; ++k)
-                out.positions[patch[at++]] =
-                    place(points[c[0]] * ((n - i - k) / n) + points[c[1]] * (i / n) + points[c[2]] * (k / n));
+        for (unsigned i = 0; i <= n; ++i)
+            for (unsigned k = 0; i + k <= n; ++k) {
+                const double u = double(i) / n, v = double(k) / n;
+                out.positions[patch[at++]] = place(points[c[0]] * (1 - u - v) + points[c[1]] * u + points[c[2]] * v);
+            }
     }
     out.base = std::move(base);
     return out;

@@ -49,6 +49,17 @@ class BaseMesh {
     [[nodiscard]] const std::vector<BaseEdge>& edges() const { return edges_; }
     /// Edge on side s of face f.
     [[nodiscard]] std::uint32_t edge_of(std::uint32_t f, unsigned s) const { return face_edges_[f][s]; }
+    /// A side of a face; face is kNone where there is none.
+    struct Side {
+        std::uint32_t face;
+        unsigned side;
+    };
+    /// Side s of face f as the face beyond has it.
+    [[nodiscard]] Side beyond(std::uint32_t f, unsigned s) const {
+        const BaseEdge& e = edges_[face_edges_[f][s]];
+        const unsigned other = runs_along(f, s) ? 1 : 0;
+        return {e.face[other], e.side[other]};
+    }
     /// True where side s of face f runs along its edge's direction (always so for the edge's first face).
     [[nodiscard]] bool runs_along(std::uint32_t f, unsigned s) const {
         const BaseEdge& e = edges_[face_edges_[f][s]];

@@ -3,8 +3,11 @@
 
 #include "tools/mvw/commands.h"
 
-int main(int argc, char** argv) {
-    using namespace mvw::cli;
+namespace {
+
+using namespace mvw::cli;
+
+int run(int argc, char** argv) {
     CLI::App app{"Encodes triangle meshes into .mvw files, streams them, and decodes them progressively."};
     app.require_subcommand(1);
     add_encode(app);
@@ -26,9 +29,19 @@ int main(int argc, char** argv) {
     } catch (const Fatal& fatal) {
         std::fprintf(stderr, "mvw: %s\n", fatal.message.c_str());
         return fatal.exit_code;
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "mvw: %s\n", e.what());
-        return kFailure;
     }
     return kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "mvw: %s\n", e.what());
+    } catch (...) {
+        std::fputs("mvw: failed for a reason unknown\n", stderr);
+    }
+    return kFailure;
 }

@@ -32,7 +32,11 @@ struct Axis {
         while ((to - from) / step > 7) step *= (to - from) / step > 16 ? 5 : 2;
         from = std::floor(from / step + 1e-9) * step;
         to = std::ceil(to / step - 1e-9) * step;
-        for (double t = from; t <= to + step / 2; t += step) ticks.push_back(std::abs(t) < step / 1e6 ? 0 : t);
+        const auto last = std::lround((to - from) / step);
+        for (long k = 0; k <= last; ++k) {
+            const double t = from + double(k) * step;
+            ticks.push_back(std::abs(t) < step / 1e6 ? 0 : t);
+        }
     }
     void log_ticks() {
         const double margin = (to - from) * 0.06;

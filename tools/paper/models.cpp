@@ -81,14 +81,14 @@ SemiRegularMesh sheet(std::uint32_t w, std::uint32_t h, bool closed, unsigned le
     mesh.levels = levels;
     mesh.positions.resize(vertices_at_level(base, levels));
     std::vector<std::uint32_t> patch;
-    const double n = double(1u << levels);
+    const unsigned n = 1u << levels;
     for (std::uint32_t f = 0; f < base.face_count(); ++f) {
         patch_vertices(base, f, levels, patch);
-        const double x = f / 2 % w, y = f / 2 / w;
+        const std::uint32_t square = f / 2, x = square % w, y = square / w;
         std::size_t p = 0;
-        for (double i = 0; i <= n; ++i)
-            for (double k = 0; i + k <= n; ++k) {
-                const double u = f % 2 == 0 ? i / n : 1 - k / n, v = f % 2 == 0 ? k / n : (i + k) / n;
+        for (unsigned i = 0; i <= n; ++i)
+            for (unsigned k = 0; i + k <= n; ++k) {
+                const double u = f % 2 == 0 ? double(i) / n : 1 - double(k) / n, v = double(f % 2 == 0 ? k : i + k) / n;
                 mesh.positions[patch[p++]] = place((x + u) / w, (y + v) / h);
             }
     }

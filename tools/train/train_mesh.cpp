@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <numeric>
 
@@ -17,6 +18,7 @@
 #include "codec/entropy/mesh_priors.h"
 #include "codec/mesh/clean.h"
 #include "codec/mesh/io/mesh_io.h"
+#include "tools/train/tables.h"
 
 namespace mvw {
 namespace {
@@ -29,7 +31,7 @@ constexpr int kRounds = 5;
 struct Sample {
     BaseMesh mesh;
     std::vector<GridPoint> grid;
-    unsigned bits;
+    unsigned bits, finer;  // of the grid; than kCellsOfEdge asks for
 };
 
 /// A vertex as it came, in units of its gate's length, from the gate's middle.
@@ -109,7 +111,7 @@ void add_samples(const std::string& path, std::vector<Sample>& samples) {
     for (const unsigned finer : {0u, 1u, 3u}) {
         Result<BaseMesh> base = BaseMesh::create(static_cast<std::uint32_t>(mesh.positions.size()), mesh.faces);
         if (!base.ok()) return std::fprintf(stderr, "%s: %s\n", path.c_str(), base.error().message.c_str()), void();
-        Sample sample{std::move(*base), {}, coarse + finer};
+        Sample sample{std::move(*base), {}, coarse + finer, finer};
         for (const Vec3& p : mesh.positions) {
             const Vec3 q = (p - box.center()) * (std::ldexp(1.0, static_cast<int>(sample.bits)) / box.diagonal());
             sample.grid.push_back({static_cast<int>(std::lround(q.x)), static_cast<int>(std::lround(q.y)),
@@ -117,10 +119,6 @@ void add_samples(const std::string& path, std::vector<Sample>& samples) {
         }
         samples.push_back(std::move(sample));
     }
-}
-
-std::int8_t rounded(double x) {
-    return static_cast<std::int8_t>(std::clamp(std::round(x), -127.0, 127.0));
 }
 
 /// Weights that make the mean distance least, by least squares over and over.
@@ -144,15 +142,15 @@ Eigen::Vector4d fitted(const std::vector<Arrival>& arrivals, int row, const Eige
 /// Each context's mean probability, and where the mixing weights have gone in the end.
 void learn(const std::vector<Sample>& samples, const Logits& start, Logits& logits, Mixing& mixing) {
     std::vector<double> ones(logits.size(), 0.2), seen(logits.size(), 0.4), sum(mixing.size(), 0), of(mixing.size(), 0);
-    double bits = 0, vertices = 0;
+    std::map<unsigned, std::array<double, 2>> costs;  // by how much finer the grid is: bits, vertices
     for (const Sample& sample : samples) {
         CostCounter counter(sample.mesh, sample.grid, 0);
         MeshModel untrained(start, mixing), trained(logits, mixing);
         if (!run(sample, untrained, counter)) continue;
         CostCounter real(sample.mesh, sample.grid, 0);
         run(sample, trained, real);
-        bits += real.bits;
-        vertices += sample.mesh.vertex_count();
+        costs[sample.finer][0] += real.bits;
+        costs[sample.finer][1] += sample.mesh.vertex_count();
         for (std::size_t k = 0; k < logits.size(); ++k) {
             const double count = untrained.bits[k].count();
             ones[k] += count * untrained.bits[k].probability() / 65536.0;
@@ -165,18 +163,14 @@ void learn(const std::vector<Sample>& samples, const Logits& start, Logits& logi
             of[k] += 1;
         }
     }
-    std::fprintf(stderr, "%.3f bits a vertex\n", bits / vertices);
+    for (const auto& [finer, cost] : costs)
+        std::fprintf(stderr, "%.0f cells an edge: %.2f bits a vertex; ",
+                     std::ldexp(kCellsOfEdge, static_cast<int>(finer)), cost[0] / cost[1]);
+    std::fprintf(stderr, "\n");
     for (std::size_t k = 0; k < logits.size(); ++k)
         if (seen[k] > 2.5) logits[k] = rounded(16 * std::log(ones[k] / (seen[k] - ones[k])));
     for (std::size_t k = 0; k < mixing.size(); ++k)
         if (of[k] > 0) mixing[k] = rounded(std::max(sum[k] / of[k], 0.0));
-}
-
-template <typename Table>
-void print(const char* name, const Table& table) {
-    std::printf("inline constexpr std::array<std::int8_t, %zu> %s{", table.size(), name);
-    for (std::size_t k = 0; k < table.size(); ++k) std::printf("%s%d", k == 0 ? "" : ", ", table[k]);
-    std::printf("};\n");
 }
 
 int run(int count, char** paths) {

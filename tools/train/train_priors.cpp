@@ -16,6 +16,7 @@
 #include "codec/mesh/io/mesh_io.h"
 #include "codec/remesh/remesh.h"
 #include "codec/tiles.h"
+#include "tools/train/tables.h"
 
 namespace mvw {
 namespace {
@@ -97,10 +98,6 @@ void add_samples(const std::string& path, std::vector<Sample>& samples) {
     }
 }
 
-std::int8_t rounded(double x) {
-    return static_cast<std::int8_t>(std::clamp(std::round(x), -127.0, 127.0));
-}
-
 /// Each context's mean probability over all planes of the blocks: upper planes, which a start serves most, stay in view
 /// in those below, and no block counts for more than AdaptiveBit::kLimit bits a plane.
 Logits mean_logits(const std::vector<Sample>& samples, const Weights& weights) {
@@ -142,13 +139,6 @@ Weights moved_weights(const std::vector<Sample>& samples, const Logits& logits, 
     for (std::size_t k = 0; k < weights.size(); ++k)
         if (of[k] > 0) out[k] = rounded(std::max(sum[k] / of[k], 0.0));
     return out;
-}
-
-template <typename Table>
-void print(const char* name, const Table& table) {
-    std::printf("inline constexpr std::array<std::int8_t, %zu> %s{", table.size(), name);
-    for (std::size_t k = 0; k < table.size(); ++k) std::printf("%s%d", k == 0 ? "" : ", ", table[k]);
-    std::printf("};\n");
 }
 
 int run(int count, char** paths) {

@@ -63,7 +63,8 @@ GltfPaint GltfPaints::paint_of(const tinygltf::Material& material) {
     if (pbr.baseColorFactor.size() == 4) std::ranges::copy(pbr.baseColorFactor, paint.factor.begin());
     if (!in_range(pbr.baseColorTexture.index, model_.textures)) return paint;
     const tinygltf::Texture& texture = model_.textures[static_cast<std::size_t>(pbr.baseColorTexture.index)];
-    paint.texture = texture_of(texture.source);
+    paint.texture = textures_.get(
+        texture.source, "image " + std::to_string(texture.source), [&] { return decode(texture.source); }, missing_);
     paint.coordinates = "TEXCOORD_" + std::to_string(pbr.baseColorTexture.texCoord);
     if (in_range(texture.sampler, model_.samplers)) {
         const tinygltf::Sampler& sampler = model_.samplers[static_cast<std::size_t>(texture.sampler)];
@@ -74,21 +75,6 @@ GltfPaint GltfPaints::paint_of(const tinygltf::Material& material) {
     if (const auto found = extensions.find("KHR_texture_transform"); found != extensions.end())
         take_transform(found->second, paint);
     return paint;
-}
-
-std::shared_ptr<const Texture> GltfPaints::texture_of(int image) {
-    const auto [known, is_new] = textures_.try_emplace(image);
-    if (!is_new) return known->second;
-    Result<Texture> texture = decode(image);
-    if (texture && texture->pixels() > pixels_left_)
-        texture = Error{Errc::LimitExceeded, 0, "the file's images have too many pixels together"};
-    if (texture) {
-        pixels_left_ -= texture->pixels();
-        known->second = std::make_shared<const Texture>(std::move(*texture));
-    } else {
-        missing_.push_back("image " + std::to_string(image) + ": " + texture.error().message);
-    }
-    return known->second;
 }
 
 Result<Texture> GltfPaints::decode(int image) {

@@ -39,15 +39,13 @@ class GltfPaints {
 
  private:
     GltfPaint paint_of(const tinygltf::Material& material);
-    std::shared_ptr<const Texture> texture_of(int image);
     Result<Texture> decode(int image);
 
     const tinygltf::Model& model_;
-    std::map<int, std::shared_ptr<const Texture>> textures_;
+    Textures<int> textures_;  // by image
     std::map<int, GltfPaint> paints_;
     GltfPaint white_;
     std::vector<std::string> missing_;
-    std::uint64_t pixels_left_ = kMostPixelsOfFile;
 };
 
 }  // namespace mvw

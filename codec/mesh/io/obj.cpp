@@ -92,25 +92,16 @@ class PaintReader : public tinyobj::MaterialReader {
         return paint;
     }
     std::shared_ptr<const Texture> texture_of(const std::string& name) {
-        const auto [known, is_new] = textures_.try_emplace(name);
-        if (!is_new) return known->second;
-        const Result<Bytes> file = read_file_below(around_.folder, name);
-        Result<Texture> texture = file ? Texture::decode(*file) : Result<Texture>(file.error());
-        if (texture && texture->pixels() > pixels_left_)
-            texture = Error{Errc::LimitExceeded, 0, "the file's images have too many pixels together"};
-        if (texture) {
-            pixels_left_ -= texture->pixels();
-            known->second = std::make_shared<const Texture>(std::move(*texture));
-        } else {
-            missing_.push_back(name + ": " + texture.error().message);
-        }
-        return known->second;
+        const auto decode = [&] {
+            const Result<Bytes> file = read_file_below(around_.folder, name);
+            return file ? Texture::decode(*file) : Result<Texture>(file.error());
+        };
+        return textures_.get(name, name, decode, missing_);
     }
 
     const Surroundings& around_;
     std::vector<std::string>& missing_;
-    std::map<std::string, std::shared_ptr<const Texture>> textures_;
-    std::uint64_t pixels_left_ = kMostPixelsOfFile;
+    Textures<std::string> textures_;
     std::map<std::string, Paint> paints_;
 };
 

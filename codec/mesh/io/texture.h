@@ -2,6 +2,9 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "codec/bytes.h"
@@ -9,9 +12,6 @@
 #include "codec/result.h"
 
 namespace mvw {
-
-/// Of all images of a mesh file together.
-inline constexpr std::uint64_t kMostPixelsOfFile = std::uint64_t{1} << 27;
 
 class Texture {
  public:
@@ -30,6 +30,34 @@ class Texture {
     Texture(std::int64_t width, std::int64_t height) : width_(width), height_(height) {}
     std::int64_t width_, height_;
     std::vector<Rgba8> texels_;  // rows from the top
+};
+
+/// The images that a mesh file names, each decoded once; together at most kMostPixels.
+template <typename Key>
+class Textures {
+ public:
+    /// Decoded by `decode` (a Result<Texture>) where it is asked for first; null where it could not be read, which is
+    /// then added to `missing` by that name.
+    template <typename Decode>
+    std::shared_ptr<const Texture> get(const Key& key, const std::string& name, const Decode& decode,
+                                       std::vector<std::string>& missing) {
+        const auto [known, is_new] = known_.try_emplace(key);
+        if (!is_new) return known->second;
+        Result<Texture> texture = decode();
+        if (texture && texture->pixels() > pixels_left_)
+            texture = Error{Errc::LimitExceeded, 0, "the file's images have too many pixels together"};
+        if (!texture) {
+            missing.push_back(name + ": " + texture.error().message);
+            return nullptr;
+        }
+        pixels_left_ -= texture->pixels();
+        return known->second = std::make_shared<const Texture>(std::move(*texture));
+    }
+
+ private:
+    static constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;
+    std::uint64_t pixels_left_ = kMostPixels;
+    std::map<Key, std::shared_ptr<const Texture>> known_;
 };
 
 /// Colours that corners of polygons give to their vertices: the mean of all of a vertex', in linear light.
