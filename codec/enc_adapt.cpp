@@ -14,7 +14,7 @@ namespace {
 
 constexpr unsigned kSlideRounds = 8, kSnapRounds = 5, kFitRounds = 2;
 constexpr float kKept = 0.5f;      // of each tangential detail, a round
-constexpr double kMostLoss = 1.5;  // of the distance from the input, before to after sliding
+constexpr double kMostLoss = 1.2;  // of the distance from the input, before to after sliding
 constexpr std::uint32_t kSamples = 20'000;
 constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
 

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <queue>
 
+#include "codec/measure/surface_index.h"
 #include "codec/remesh/density.h"
 #include "codec/remesh/parallel.h"
 
@@ -17,9 +19,18 @@ struct SelfParameterization::Candidate {
     std::uint32_t from_version = 0, to_version = 0;
     std::uint32_t from = 0, to = 0;
     std::uint32_t strictness = 0;                                    // index into kStrictness
+    bool counts_tips = false;                                        // cost is at least cost_of_tips
     friend bool operator<(const Candidate& a, const Candidate& b) {  // std::priority_queue: the cheapest on top
         return a.cost != b.cost ? a.cost > b.cost : a.h > b.h;
     }
+};
+
+/// How an edge would be collapsed; its surroundings are in ring_.
+struct SelfParameterization::Collapse {
+    CollapseMode mode{};
+    Quadric quadric;              // of both ends
+    std::array<Vec3, 3> tries{};  // places for the new vertex, the best first
+    std::size_t count = 1;        // of tries
 };
 
 /// What a collapse must keep. An edge that is refused comes back later at a higher price and under laxer rules, so
@@ -149,6 +160,14 @@ void SelfParameterization::sweep(const DecimateOptions& options) {
         queue.pop();
         if (mesh_.faces[c.h / 3][0] == kNone || mesh_.from(c.h) != c.from || mesh_.to(c.h) != c.to) continue;
         if (version_[c.from] != c.from_version || version_[c.to] != c.to_version) continue;
+        if (!c.counts_tips) {
+            c.counts_tips = true;
+            if (const double cost = cost_of_tips(c); cost > c.cost) {
+                c.cost = cost;
+                queue.push(c);
+                continue;
+            }
+        }
         if (!try_collapse(c, kStrictness[c.strictness])) {
             if (++c.strictness == std::size(kStrictness)) continue;
             c.cost *= kRetryPrice;
@@ -173,30 +192,53 @@ void SelfParameterization::sweep(const DecimateOptions& options) {
     }
 }
 
+SelfParameterization::Collapse SelfParameterization::prepare(const Candidate& c) {
+    Collapse out;
+    bool keep_second = false;
+    choose_mode(mesh_.kinds[c.from], mesh_.kinds[c.to], mesh_.is_line(c.h), out.mode, keep_second);
+    mesh_.ring(c.h, keep_second ? c.to : c.from, ring_);
+    out.quadric = quadrics_[c.from];
+    out.quadric += quadrics_[c.to];
+    const Vec3 &kept = mesh_.positions[ring_.keep], &removed = mesh_.positions[ring_.remove];
+    out.tries = {kept, kept, removed};
+    if (out.mode == CollapseMode::Free || out.mode == CollapseMode::Slide) {
+        out.tries[0] = best_position(out.quadric, (kept + removed) * 0.5);
+        out.count = 3;
+    }
+    return out;
+}
+
+/// The planes around the tip of a thin spike all pass by the spike's foot, so quadrics see no loss where it goes. So
+/// the ends' own distances from what would be left count, too, by the areas that their quadrics stand for.
+double SelfParameterization::cost_of_tips(const Candidate& c) {
+    if (!mesh_.can_collapse(c.h)) return 0;
+    const Vec3 left = prepare(c).tries[0];
+    const std::size_t n = ring_.vertices.size();
+    const auto cost_of = [&](std::uint32_t end) {
+        const Vec3& p = mesh_.positions[end];
+        double squared = std::numeric_limits<double>::infinity();
+        for (std::size_t m = 0; m < ring_.faces.size(); ++m) {
+            const Vec3 &a = mesh_.positions[ring_.vertices[m]], &b = mesh_.positions[ring_.vertices[(m + 1) % n]];
+            const std::array<double, 3> w = closest_on_triangle(p, left, a, b);
+            squared = std::min(squared, squared_length(left * w[0] + a * w[1] + b * w[2] - p));
+        }
+        return quadrics_[end].trace() * squared;
+    };
+    return cost_of(c.from) + cost_of(c.to);
+}
+
 bool SelfParameterization::try_collapse(const Candidate& c, const Strictness& rules) {
     if (!mesh_.can_collapse(c.h)) return false;
-    CollapseMode mode{};
-    bool keep_second = false;
-    choose_mode(mesh_.kinds[c.from], mesh_.kinds[c.to], mesh_.is_line(c.h), mode, keep_second);
-    mesh_.ring(c.h, keep_second ? c.to : c.from, ring_);
+    const Collapse collapse = prepare(c);
     if (ring_.faces.size() > rules.max_ring) return false;
-    Quadric q = quadrics_[c.from];
-    q += quadrics_[c.to];
-    const Vec3 &kept = mesh_.positions[ring_.keep], &removed = mesh_.positions[ring_.remove];
-    std::array<Vec3, 3> tries{kept, kept, removed};
-    std::size_t count = 1;
-    if (mode == CollapseMode::Free || mode == CollapseMode::Slide) {
-        const Vec3 middle = (kept + removed) * 0.5;
-        tries[0] = best_position(q, middle);
-        count = 3;
-    }
     const FlattenLimits limits{rules.max_stretch};
-    for (std::size_t k = 0; k < count; ++k) {
-        const Vec3 position = tries[k];
-        if (!keeps_shape(position, rules) || !flatten(mesh_, ring_, position, mode, limits, chart_)) continue;
-        record(mode);
-        squared_error_ += q(position) - quadrics_[ring_.keep](kept) - quadrics_[ring_.remove](removed);
-        quadrics_[ring_.keep] = q;
+    for (std::size_t k = 0; k < collapse.count; ++k) {
+        const Vec3 position = collapse.tries[k];
+        if (!keeps_shape(position, rules) || !flatten(mesh_, ring_, position, collapse.mode, limits, chart_)) continue;
+        record(collapse.mode);
+        squared_error_ += collapse.quadric(position) - quadrics_[ring_.keep](mesh_.positions[ring_.keep]) -
+                          quadrics_[ring_.remove](mesh_.positions[ring_.remove]);
+        quadrics_[ring_.keep] = collapse.quadric;
         mesh_.collapse(ring_, position);
         ++version_[ring_.keep], ++version_[ring_.remove];
         return true;

@@ -47,6 +47,7 @@ class SelfParameterization {
 
  private:
     struct Candidate;
+    struct Collapse;
     struct Strictness;
     /// One collapse: slices of uv_ and faces_.
     struct Record {
@@ -67,6 +68,8 @@ class SelfParameterization {
     [[nodiscard]] bool evaluate(std::uint32_t h, Candidate& out) const;
     [[nodiscard]] bool reached(const DecimateOptions& options) const;
     void sweep(const DecimateOptions& options);
+    [[nodiscard]] Collapse prepare(const Candidate& c);
+    [[nodiscard]] double cost_of_tips(const Candidate& c);
     [[nodiscard]] bool try_collapse(const Candidate& c, const Strictness& rules);
     [[nodiscard]] bool keeps_shape(const Vec3& position, const Strictness& rules) const;
     void record(CollapseMode mode);

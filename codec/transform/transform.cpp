@@ -16,6 +16,10 @@ std::string_view transform_name(TransformKind kind) {
     return kNames[static_cast<std::size_t>(kind)];
 }
 
+std::vector<std::string> transform_names() {
+    return {kNames.begin(), kNames.end()};
+}
+
 std::optional<TransformKind> transform_from_name(std::string_view name) {
     for (std::size_t i = 0; i < kNames.size(); ++i)
         if (kNames[i] == name) return static_cast<TransformKind>(i);

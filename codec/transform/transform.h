@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -31,6 +32,7 @@ inline constexpr unsigned kTransformCount = 11;
 
 /// Command-line name ("seeded-normal"), and back.
 std::string_view transform_name(TransformKind kind);
+std::vector<std::string> transform_names();  // of all
 std::optional<TransformKind> transform_from_name(std::string_view name);
 
 struct TransformOptions {

@@ -189,6 +189,7 @@ class Run {
         run.profile_.enter("");
         run.first_ = run.step("remesh", {});
         run.options_.progress = {};
+        run.transform_.kind = options.transform;
         auto input = EncoderInput::make(*run.mesh_, run.options_.threads);
         if (!input.ok()) return input.error();
         run.input_ = std::move(*input);
@@ -206,7 +207,7 @@ class Run {
         std::vector<SemiRegularMesh> parts = remeshed_.parts;
         for (std::uint32_t p = 0; p < parts.size(); ++p) {
             if (remeshed_.origins[p] != PartOrigin::Remeshed) continue;
-            Adaptation adaptation(input_->part(remeshed_, p), {}, options_.threads, std::move(parts[p]));
+            Adaptation adaptation(input_->part(remeshed_, p), transform_, options_.threads, std::move(parts[p]));
             adaptation.slide(options_.threads);
             parts[p] = adaptation.mesh();
         }
@@ -229,6 +230,7 @@ class Run {
     std::uint64_t input_folds_ = 0;
     Topology topology_;  // of the input
     RemeshOptions options_;
+    TransformOptions transform_;
     Profile profile_;
     Step first_;  // without its parts
     Clock::time_point begin_;

@@ -24,6 +24,7 @@ struct ModelsArguments {
 
 struct RemeshArguments {
     bench::RemeshBenchOptions options;
+    std::string transform{transform_name(options.transform)};
     bool json = false, no_pictures = false;
 };
 
@@ -77,6 +78,7 @@ void bench_models(ModelsArguments& arguments) {
 
 void bench_remesh(RemeshArguments& arguments) {
     arguments.options.pictures = !arguments.no_pictures;
+    arguments.options.transform = transform_from_name(arguments.transform).value();  // one of transform_names()
     arguments.options.say = say_on_errors;
     print(bench::run_remesh(arguments.options), "steps", arguments.json);
 }
@@ -208,6 +210,9 @@ void add_remesh(CLI::App& bench) {
     command->add_option("--base-faces", arguments->options.base_faces, "Faces of the base (default: by the model)");
     command->add_option("--levels", arguments->options.levels, "Levels above the base (default: by the model)")
         ->check(CLI::Range(0, 12));
+    command->add_option("--transform", arguments->transform, "Transform whose details sliding makes normal")
+        ->check(CLI::IsMember(transform_names()))
+        ->capture_default_str();
     command->add_flag("--no-pictures", arguments->no_pictures, "Figures alone");
     command->add_flag("--json", arguments->json, "One JSON object: steps, a list of one object per row");
     command->callback([arguments] { bench_remesh(*arguments); });

@@ -141,12 +141,6 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
     fmt::print("  {:.1f} seconds, {:.0f} MB\n", seconds, peak_megabytes());
 }
 
-std::vector<std::string> transform_names() {
-    std::vector<std::string> names;
-    for (unsigned k = 0; k < kTransformCount; ++k) names.emplace_back(transform_name(static_cast<TransformKind>(k)));
-    return names;
-}
-
 void encode_file(EncodeArguments& arguments) {
     const auto start = std::chrono::steady_clock::now();
     EncodeOptions& options = arguments.options;

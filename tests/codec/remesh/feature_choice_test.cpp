@@ -65,7 +65,7 @@ TEST(FeatureChoice, KeepsRoundedCornersOfRealPartsAsTheyAre) {
     EXPECT_GT(error.psnr, 120);
     EXPECT_LT(error.max, 5e-4) << "edges at most 0.05 % away";
     const Mesh adis = clean_model("adis16480.stl");
-    EXPECT_GT(surface_error(adis, finest_mesh(remesh(adis, {}).parts), {}).psnr, 92);
+    EXPECT_GT(surface_error(adis, finest_mesh(remesh(adis, {}).parts), {}).psnr, 90);
 }
 
 }  // namespace

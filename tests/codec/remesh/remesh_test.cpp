@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "codec/measure/surface_error.h"
 #include "codec/mesh/clean.h"
@@ -49,6 +50,25 @@ void expect_sound(const Mesh& input, double psnr, unsigned base_faces = 0) {
 
 TEST(Remesh, KeepsASphereRound) {
     expect_sound(icosphere(5), 75, 80);
+}
+
+TEST(Remesh, SmallBasesKeepThinSpikes) {
+    // Twelve spikes with next to no area, so that area says they may go (without cost_of_tips: 1e-2).
+    std::vector<Vec3> spikes;
+    for (int k = 0; k < 12; ++k) {  // a spiral from pole to pole
+        const double z = 1 - (2 * k + 1) / 12.0, turn = 2.4 * k, r = std::sqrt(1 - z * z);
+        spikes.push_back({r * std::cos(turn), r * std::sin(turn), z});
+    }
+    Mesh ball = icosphere(5);
+    for (Vec3& p : ball.positions) {
+        double nearest = 10;
+        for (const Vec3& spike : spikes)
+            nearest = std::min(nearest, std::acos(std::clamp(dot(spike, normalized(p)), -1.0, 1.0)));
+        p = p * (1 + 0.3 * std::max(0.0, 1 - nearest / 0.06));
+    }
+    RemeshOptions options;
+    options.base_faces = 240;
+    EXPECT_LT(surface_error(ball, joined(remesh(ball, options))).max, 8e-3);
 }
 
 TEST(Remesh, KeepsAnOpenSquareFlatAndItsBoundary) {
