@@ -12,6 +12,7 @@ namespace mvw {
 namespace {
 
 constexpr double kHeadBytes = 6;
+constexpr double kFewestBytes = 64;  // of a chunk, however early in the file
 
 /// Consecutive planes [first, last] of one block.
 struct Run {
@@ -26,10 +27,26 @@ Run joined(const Run& a, const Run& b) {
     return {a.part, a.block, a.first, b.last, a.bytes + b.bytes - kHeadBytes, a.gain + b.gain};
 }
 
-/// Runs of a block: at least so many bytes each, slopes falling from one to the next.
-std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t index, const OrderOptions& options) {
+/// Bytes of all planes above each one, of all blocks, and of the bases: about where in the file a plane comes to lie.
+std::vector<double> bytes_before_planes(const std::vector<CodedPart>& parts, unsigned layers) {
+    std::vector<double> before(layers + 1, 0);
+    for (const CodedPart& part : parts) {
+        before[layers - 1] += static_cast<double>(part.base.bytes.size());
+        for (const CodedBlock& block : part.blocks)
+            for (const auto& plane : block.planes.planes)
+                if (plane.plane > 0) before[plane.plane - 1] += static_cast<double>(plane.bytes.size());
+    }
+    for (unsigned plane = layers - 1; plane-- > 0;) before[plane] += before[plane + 1];
+    return before;
+}
+
+/// Runs of a block: few bytes each early in the file, more later on; slopes falling from one to the next. before: as
+/// bytes_before_planes() says.
+std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t index,
+                         const std::vector<double>& before, const OrderOptions& options) {
     std::vector<Run> runs;
-    const auto least = static_cast<double>(options.least_bytes) + kHeadBytes;
+    const double most = options.least_bytes;
+    double least = 0;  // of the last run
     for (std::size_t p = 0; p < block.planes.planes.size(); ++p) {
         Run run{part, index, p, p};
         run.bytes += static_cast<double>(block.planes.planes[p].bytes.size());
@@ -38,6 +55,8 @@ std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t 
             runs.back() = joined(runs.back(), run);
         } else {
             runs.push_back(run);
+            least = kHeadBytes + std::clamp(options.least_share * before[block.planes.planes[p].plane],
+                                            std::min(kFewestBytes, most), most);
         }
         while (runs.size() > 1 && (runs.back().slope() >= runs[runs.size() - 2].slope() ||
                                    (p + 1 == block.planes.planes.size() && runs.back().bytes < least))) {
@@ -53,11 +72,12 @@ class Orderer {
     Orderer(const std::vector<CodedPart>& parts, const OrderOptions& options)
         : parts_(parts), options_(options), described_(parts.size(), 0) {
         error_ = options.floor;
+        const std::vector<double> before = bytes_before_planes(parts, options.layers);
         for (std::size_t part = 0; part < parts.size(); ++part) {
             error_ += parts[part].rounding * options.area_share[part];
             runs_.emplace_back();
             for (std::size_t b = 0; b < parts[part].blocks.size(); ++b) {
-                runs_.back().push_back(runs_of(parts[part].blocks[b], part, b, options));
+                runs_.back().push_back(runs_of(parts[part].blocks[b], part, b, before, options));
                 for (const Run& run : runs_.back().back()) error_ += surface_gain(run);
             }
         }

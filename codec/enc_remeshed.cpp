@@ -21,7 +21,7 @@ constexpr double kFinestAlone = 2e-5;       // of parts that Draco codes alone
 constexpr double kVerticesOfTile = 32'768;  // a tile has at least so many, so that its chunks are worth their heads
 constexpr unsigned kMostTiles = 64;
 constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles would have fewer vertices, are not tiled
-constexpr std::size_t kLongestLeastBytes = 8192;
+constexpr double kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
 constexpr unsigned kBudgets = 5;                  // sizes at which files are compared, ...
@@ -191,7 +191,7 @@ void describe(Source& source, CodedModel& model) {
 
 /// Fewer, longer chunks until what is not payload is a small share of the file.
 Result<Bytes> plan_file(CodedModel& model, std::vector<PlannedChunk>& plan) {
-    for (;; model.order.least_bytes = model.order.least_bytes * 3 / 2) {
+    for (;; model.order.least_bytes *= 1.5, model.order.least_share *= 1.5) {
         plan = order_chunks(model.parts, model.order);
         Result<Bytes> file = write_file(model.header, to_write(plan));
         if (!file.ok()) return file;
