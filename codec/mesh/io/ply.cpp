@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 #include "codec/mesh/io/formats.h"
 #include "codec/mesh/io/text.h"
@@ -320,14 +321,27 @@ Result<Polygons> read_ply(ByteSpan bytes) {
 
 namespace {
 
-/// A scalar must not take a name that means something else.
-std::string property_name(const std::string& name) {
-    return std::ranges::find(kVertexNames, name) != kVertexNames.end() ? name + "_" : name;
-}
+/// Names of scalars' properties: none that means something else to readers, none twice.
+class PropertyNames {
+ public:
+    std::string take(const std::string& name) {
+        std::string out = name.starts_with("texture_") ? "_" + name : name;
+        while (means_something(out) || !taken_.insert(out).second) out += '_';
+        return out;
+    }
 
-std::string field_header(const VertexField& field) {
+ private:
+    static bool means_something(std::string_view name) {
+        static constexpr std::array<std::string_view, 4> kTextureCoordinates{"u", "v", "s", "t"};
+        return std::ranges::find(kVertexNames, name) != kVertexNames.end() ||
+               std::ranges::find(kTextureCoordinates, name) != kTextureCoordinates.end();
+    }
+    std::set<std::string> taken_;
+};
+
+std::string field_header(const VertexField& field, PropertyNames& names) {
     if (field.kind == FieldKind::Normals) return "property float nx\nproperty float ny\nproperty float nz\n";
-    return fmt::format("property {} {}\n", needs_double(field) ? "double" : "float", property_name(field.name));
+    return fmt::format("property {} {}\n", needs_double(field) ? "double" : "float", names.take(field.name));
 }
 
 }  // namespace
@@ -341,7 +355,8 @@ Bytes write_ply(const Mesh& mesh) {
     if (!mesh.colors.empty())
         for (const char* channel : {"red", "green", "blue", "alpha"})
             head += fmt::format("property uchar {}\n", channel);
-    for (const VertexField& field : mesh.fields) head += field_header(field);
+    PropertyNames names;
+    for (const VertexField& field : mesh.fields) head += field_header(field, names);
     head += fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n", mesh.faces.size());
 
     std::vector<std::uint8_t> wide_fields;

@@ -72,12 +72,14 @@ TEST(MeshFields, WhatAFormatCannotHoldIsNamed) {
 
 TEST(MeshFields, AScalarNamedLikeACoordinateDoesNotBecomeOne) {
     Mesh mesh = icosphere(0);
-    mesh.fields = {{FieldKind::Scalar, "x", std::vector<double>(mesh.positions.size(), 7)}};
+    for (const char* name : {"x", "x_", "u", "v", "texture_u"})
+        mesh.fields.push_back({FieldKind::Scalar, name, std::vector<double>(mesh.positions.size(), 7)});
     CleanReport report;
     const Mesh back =
         read_mesh_from_memory(write_mesh_to_memory(mesh, MeshFormat::Ply).value(), MeshFormat::Ply, report).value();
     EXPECT_NEAR(back.positions[3].x, mesh.positions[3].x, 1e-6);
-    EXPECT_NE(find(back, FieldKind::Scalar, "x_"), nullptr);
+    for (const char* name : {"x_", "x__", "u_", "v_", "_texture_u"})
+        EXPECT_NE(find(back, FieldKind::Scalar, name), nullptr) << name;
 }
 
 TEST(MeshFields, PlyPropertiesOfAnyTypeAreScalarsAndTheRestIsNamed) {
