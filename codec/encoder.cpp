@@ -58,26 +58,23 @@ Result<RemeshResult> own_parts(const Mesh& mesh, const EncodeOptions& options) {
                  "(--keep-original keeps any mesh)"};
 }
 
-/// levels: -1: chosen from the model.
-Result<Draft> draft_of_base(EncoderInput& input, unsigned base_faces, int levels, const EncodeOptions& options) {
-    RemeshOptions remeshing = remeshing_of(options, base_faces);
-    remeshing.levels = levels;
-    return Draft::make(input, remesh(input.mesh(), remeshing), options);
-}
-
 /// The draft of the base that measures best of three: that where decimation stops, one 1.6 times larger (sharp models)
 /// or smaller, and the next in the better direction. Two drafts are made at a time.
 Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
     RemeshResult remeshed = remesh(input.mesh(), remeshing_of(options, options.base_faces));
     const unsigned base = base_to_vary(input.mesh(), remeshed, options);
     if (base == 0) return Draft::make(input, std::move(remeshed), options);
+    const double feature_angle_deg = remeshed.feature_angle_deg;
     const double factor = remeshed.parts[0].creases.empty() ? 1 / kBaseFactor : kBaseFactor;
     const auto levels = static_cast<int>(remeshed.parts[0].levels);
     const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input.mesh().positions.size()));
     const auto draft_at = [&](int steps, const EncodeOptions& with) {
         const double faces = base * std::pow(factor, steps);
         const bool keeps_levels = faces > base && faces * std::pow(4, levels) / 2 <= most_vertices;
-        return draft_of_base(input, static_cast<unsigned>(faces), keeps_levels ? levels : -1, with);
+        RemeshOptions remeshing = remeshing_of(with, static_cast<unsigned>(faces));
+        remeshing.levels = keeps_levels ? levels : -1;
+        remeshing.feature_angle_deg = feature_angle_deg;
+        return Draft::make(input, remesh(input.mesh(), remeshing), with);
     };
     std::optional<Result<Draft>> first, second;
     const auto measured = [](Result<Draft> draft) {

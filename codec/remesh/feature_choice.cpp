@@ -36,16 +36,20 @@ bool is_machined(const Mesh& mesh) {
 
 }  // namespace
 
+ChosenFeatures features_from(const Mesh& mesh, double angle_deg) {
+    FeatureOptions options;
+    options.angle_deg = angle_deg;
+    return {feature_half_edges(mesh, options), angle_deg};
+}
+
 ChosenFeatures choose_features(const Mesh& mesh,
                                const std::function<std::size_t(const std::vector<std::uint8_t>& sharp)>& base_faces) {
-    ChosenFeatures usual{feature_half_edges(mesh)};
+    ChosenFeatures usual = features_from(mesh, kFeatureAngleDeg);
     if (!is_machined(mesh)) return usual;
     const double most = kMostGrowth * static_cast<double>(base_faces(usual.sharp));
     for (const double degrees : kFaint) {
-        FeatureOptions options;
-        options.angle_deg = degrees;
-        std::vector<std::uint8_t> sharp = feature_half_edges(mesh, options);
-        if (static_cast<double>(base_faces(sharp)) <= most) return {std::move(sharp), degrees};
+        ChosenFeatures faint = features_from(mesh, degrees);
+        if (static_cast<double>(base_faces(faint.sharp)) <= most) return faint;
     }
     return usual;
 }

@@ -14,6 +14,8 @@ struct ChosenFeatures {
     double angle_deg = kFeatureAngleDeg;  // ... so much on
 };
 
+ChosenFeatures features_from(const Mesh& mesh, double angle_deg);
+
 /// The usual features; where both sides are flat along half of all edges' length, as on machined parts, those of the
 /// least of some angles that does not make the base half as large again. mesh: clean. base_faces: how many a decimation
 /// ends with that has to follow these half-edges.

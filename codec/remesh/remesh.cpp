@@ -306,9 +306,11 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
     std::vector<std::uint32_t> component_of_face;
     const std::vector<Component> parts = components(mesh, component_of_face);
 
-    const ChosenFeatures features = choose_features(mesh, [&](const std::vector<std::uint8_t>& sharp) {
+    const auto base_faces = [&](const std::vector<std::uint8_t>& sharp) {
         return decimate(mesh, sharp, parts, component_of_face, {}).parameterization->base().live_faces();
-    });
+    };
+    const ChosenFeatures features = options.feature_angle_deg > 0 ? features_from(mesh, options.feature_angle_deg)
+                                                                  : choose_features(mesh, base_faces);
     const std::vector<std::uint8_t>& sharp = features.sharp;
     result.feature_angle_deg = features.angle_deg;
     Decimation decimation = decimate(mesh, sharp, parts, component_of_face, options);

@@ -22,10 +22,11 @@ using Progress = std::function<void(const char* phase, double done)>;
 inline constexpr double kFewVertices = 65'536;
 
 struct RemeshOptions {
-    unsigned base_faces = 0;  // all parts together; 0: chosen from the model
-    int levels = -1;          // -1: chosen from the model
-    double target_error = 0;  // RMS, fraction of the box's diagonal; 0: chosen from the model
-    unsigned threads = 0;     // 0: all cores
+    unsigned base_faces = 0;       // all parts together; 0: chosen from the model
+    int levels = -1;               // -1: chosen from the model
+    double target_error = 0;       // RMS, fraction of the box's diagonal; 0: chosen from the model
+    double feature_angle_deg = 0;  // from which on edges are features; 0: chosen from the model
+    unsigned threads = 0;          // 0: all cores
     Progress progress;
 };
 
