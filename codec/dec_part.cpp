@@ -103,10 +103,13 @@ Result<void> PartDecoder::take_attributes(ByteSpan payload) {
 }
 
 void PartDecoder::retry_all_waiting() {
-    std::vector<ChunkId> ids;  // their part is the channel; parents come first
-    ids.reserve(waiting_.size());
-    for (const auto& [id, payload] : waiting_) ids.push_back(id);
-    for (const ChunkId& id : ids) retry_waiting(static_cast<Channel>(id.part), id.tile, id.level);
+    std::vector<ChunkId> blocks;  // parents come first
+    for (const auto& [id, payload] : waiting_) {
+        const bool same = !blocks.empty() && blocks.back().channel == id.channel && blocks.back().tile == id.tile &&
+                          blocks.back().level == id.level;
+        if (!same) blocks.push_back(id);
+    }
+    for (const ChunkId& id : blocks) retry_waiting(id.channel, id.tile, id.level);
 }
 
 Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const GeometryFront& front) {

@@ -1,6 +1,7 @@
 #include "codec/enc_order.h"
 
 #include <algorithm>
+#include <cassert>
 #include <numeric>
 #include <utility>
 
@@ -29,7 +30,8 @@ Run joined(const Run& a, const Run& b) {
 
 /// Bytes of all planes above each one, of all blocks, and of the bases: about where in the file a plane comes to lie.
 std::vector<double> bytes_before_planes(const std::vector<CodedPart>& parts, unsigned layers) {
-    std::vector<double> before(layers + 1, 0);
+    assert(layers > 0);
+    std::vector<double> before(layers, 0);
     for (const CodedPart& part : parts) {
         before[layers - 1] += static_cast<double>(part.base.bytes.size());
         for (const CodedBlock& block : part.blocks)
@@ -45,21 +47,22 @@ std::vector<double> bytes_before_planes(const std::vector<CodedPart>& parts, uns
 std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t index,
                          const std::vector<double>& before, const OrderOptions& options) {
     std::vector<Run> runs;
-    const double most = options.least_bytes;
-    double least = 0;  // of the last run
+    const double most = options.least_bytes, fewest = std::min(kFewestBytes, most);
+    const auto is_short = [&](const Run& run) {
+        const double share = options.least_share * before[block.planes.planes[run.first].plane];
+        return run.bytes < kHeadBytes + std::clamp(share, fewest, most);
+    };
     for (std::size_t p = 0; p < block.planes.planes.size(); ++p) {
         Run run{part, index, p, p};
         run.bytes += static_cast<double>(block.planes.planes[p].bytes.size());
         run.gain = block.gain[p] * options.area_share[part];
-        if (!runs.empty() && runs.back().bytes < least) {
+        if (!runs.empty() && is_short(runs.back())) {
             runs.back() = joined(runs.back(), run);
         } else {
             runs.push_back(run);
-            least = kHeadBytes + std::clamp(options.least_share * before[block.planes.planes[p].plane],
-                                            std::min(kFewestBytes, most), most);
         }
         while (runs.size() > 1 && (runs.back().slope() >= runs[runs.size() - 2].slope() ||
-                                   (p + 1 == block.planes.planes.size() && runs.back().bytes < least))) {
+                                   (p + 1 == block.planes.planes.size() && is_short(runs.back())))) {
             runs[runs.size() - 2] = joined(runs[runs.size() - 2], runs.back());
             runs.pop_back();
         }

@@ -17,8 +17,8 @@ struct PlannedChunk {
 
 struct OrderOptions {
     unsigned layers = 1;             // planes of the whole file: layer = layers - 1 - plane
-    double least_bytes = 200;        // planes are put together until a chunk has as many, ...
-    double least_share = 0.08;       // ... or so much of what lies before it
+    double least_bytes = 200;        // planes are put together until a chunk has as many, early in the file ...
+    double least_share = 0.08;       // ... so much of what lies before it, and no fewer than 64
     std::vector<double> area_share;  // of each part
     double floor = 0;                // mean squared error that remeshing left
 };

@@ -31,8 +31,7 @@ void code_materials(const BaseMesh& base, std::vector<std::uint32_t>& labels, Co
     for (std::uint32_t f = 0; f < labels.size(); ++f) {
         std::uint32_t predicted = f > 0 ? labels[f - 1] : 0;
         for (unsigned s = 3; s-- > 0;) {
-            const BaseEdge& e = base.edges()[base.edge_of(f, s)];
-            const std::uint32_t other = e.face[0] == f ? e.face[1] : e.face[0];
+            const std::uint32_t other = base.beyond(f, s).face;
             if (other < f) predicted = labels[other];
         }
         if (coder.code(same[0], labels[f] == predicted)) {

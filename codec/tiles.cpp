@@ -12,10 +12,7 @@ constexpr unsigned kRounds = 4;
 /// Neighbours of face f across its sides 0, 1, 2; kNone on a boundary.
 std::array<std::uint32_t, 3> neighbours(const BaseMesh& base, std::uint32_t f) {
     std::array<std::uint32_t, 3> out{};
-    for (unsigned s = 0; s < 3; ++s) {
-        const BaseEdge& e = base.edges()[base.edge_of(f, s)];
-        out[s] = e.face[0] == f && e.side[0] == s ? e.face[1] : e.face[0];
-    }
+    for (unsigned s = 0; s < 3; ++s) out[s] = base.beyond(f, s).face;
     return out;
 }
 

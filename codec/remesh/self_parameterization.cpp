@@ -18,8 +18,8 @@ struct SelfParameterization::Candidate {
     std::uint32_t h = 0;
     std::uint32_t from_version = 0, to_version = 0;
     std::uint32_t from = 0, to = 0;
-    std::uint32_t strictness = 0;                                    // index into kStrictness
-    bool counts_tips = false;                                        // cost is at least cost_of_tips
+    std::uint32_t strictness = 0;  // index into kStrictness
+    bool counts_tips = false;      // cost was at least cost_of_tips when this came on top first
     friend bool operator<(const Candidate& a, const Candidate& b) {  // std::priority_queue: the cheapest on top
         return a.cost != b.cost ? a.cost > b.cost : a.h > b.h;
     }
@@ -45,6 +45,7 @@ struct SelfParameterization::Strictness {
 namespace {
 
 constexpr double kRetryPrice = 10;
+constexpr std::size_t kMostRing = 64;  // of faces around an edge that collapses
 constexpr double kCornerDegrees = 50;
 constexpr double kLeastDensity = 1e-2, kMostDensity = 1e3;  // of the mean
 
@@ -145,7 +146,7 @@ bool SelfParameterization::reached(const DecimateOptions& options) const {
 }
 
 void SelfParameterization::sweep(const DecimateOptions& options) {
-    static constexpr Strictness kStrictness[] = {{12, 0.2, 0.3, 4}, {16, 0.08, 0.1, 8}, {64, 0.01, -0.2, 30}};
+    static constexpr Strictness kStrictness[] = {{12, 0.2, 0.3, 4}, {16, 0.08, 0.1, 8}, {kMostRing, 0.01, -0.2, 30}};
     std::vector<Candidate> edges;
     Candidate c;
     for (std::uint32_t h = 0; h < mesh_.faces.size() * 3; ++h) {
@@ -213,6 +214,7 @@ SelfParameterization::Collapse SelfParameterization::prepare(const Candidate& c)
 double SelfParameterization::cost_of_tips(const Candidate& c) {
     if (!mesh_.can_collapse(c.h)) return 0;
     const Vec3 left = prepare(c).tries[0];
+    if (ring_.faces.size() > kMostRing) return 0;
     const std::size_t n = ring_.vertices.size();
     const auto cost_of = [&](std::uint32_t end) {
         const Vec3& p = mesh_.positions[end];

@@ -78,7 +78,7 @@ class SelfParameterization {
 
     CollapseMesh mesh_;
     std::vector<Quadric> quadrics_;
-    std::vector<std::uint32_t> version_;  // of each vertex: rises whenever its surroundings change
+    std::vector<std::uint32_t> version_;  // of each vertex: rises when it is an end of an edge that collapses
     double shape_weight_ = 0;
     double area_ = 0;           // of the input
     double squared_error_ = 0;  // of the decimated surface against the input, integrated over the area, by the quadrics

@@ -48,7 +48,7 @@ TEST(Slide, TangentialDetailsFallAndTheSurfaceStays) {
     const double before = tangential_energy(mesh), error = surface_error(input, plain(mesh), {20'000, 1}).rms;
     mesh = slid(input, 1, std::move(mesh));
     EXPECT_LT(tangential_energy(mesh), before / 4);
-    EXPECT_LT(surface_error(input, plain(mesh), {20'000, 1}).rms, 1.5 * error);
+    EXPECT_LT(surface_error(input, plain(mesh), {20'000, 1}).rms, 1.2 * error);
 }
 
 TEST(Slide, VerticesOnCreasesStayOnThem) {

@@ -2,7 +2,7 @@
 """Builds the fuzz targets under the address and undefined sanitizers and runs them: tests/fuzz/run.py [-s SECONDS] [TARGET...]
 
 Default: every target for 600 seconds, as many side by side as there are cores. What a target learns is kept in
-build-fuzz/corpus/TARGET for the next run; it begins with the golden files of tests/data. An input that fails is left in
+build-fuzz/corpus/TARGET for the next run; where a target reads files, it begins with the golden ones of tests/data. An input that fails is left in
 build-fuzz/found, to become a test. Ends with a line for each target; exit code 1 where one has failed.
 """
 import argparse
@@ -33,7 +33,7 @@ def run(target, seconds):
     """The target's name, how many inputs it ran, and its last lines where it failed, else none."""
     found = BUILD / "found"
     found.mkdir(exist_ok=True)
-    command = [BUILD / target, f"-max_total_time={seconds}", "-rss_limit_mb=2048", "-timeout=20", "-max_len=20000",
+    command = [BUILD / target, f"-max_total_time={seconds}", "-rss_limit_mb=2048", "-timeout=20", "-max_len=50000",
                f"-artifact_prefix={found}/{target}-", "-print_final_stats=1", corpus_of(target)]
     ended = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
     runs = re.search(r"stat::number_of_executed_units:\s*(\d+)", ended.stderr)
@@ -55,8 +55,8 @@ def main():
     failed = 0
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name, runs, end in pool.map(lambda t: run(t, asked.seconds), targets):
-            print(f"{name}: {runs:,} inputs, {'failed' if end else 'clean'}", flush=True)
-            if end:
+            print(f"{name}: {runs:,} inputs, {'failed' if end is not None else 'clean'}", flush=True)
+            if end is not None:
                 failed += 1
                 print(end)
     sys.exit(1 if failed else 0)

@@ -64,6 +64,15 @@ std::optional<Scalar> to_scalar(std::string_view name) {
 constexpr std::array<std::string_view, 11> kVertexNames{"",     "x",     "y",  "z",  "red", "green",
                                                         "blue", "alpha", "nx", "ny", "nz"};
 
+/// Texture coordinates are no measurements; without their image they are of no use. named: whether a vertex has a
+/// property of that name.
+template <typename Named>
+bool is_texture_coordinate(std::string_view name, const Named& named) {
+    if (name == "u" || name == "v") return named("u") && named("v") && !named("w");
+    if (name == "s" || name == "t") return named("s") && named("t");
+    return name.starts_with("texture_");
+}
+
 Role role_of(std::string_view element, std::string_view name, bool list) {
     if (element == "face")
         return list && (name == "vertex_indices" || name == "vertex_index") ? Role::Corners : Role::Other;
@@ -229,16 +238,10 @@ VertexLayout layout_of(const Element& element, Polygons& out) {
     const auto named = [&](std::string_view name) {
         return std::ranges::find(element.properties, name, &Property::name) != element.properties.end();
     };
-    // Texture coordinates are no measurements; without their image they are of no use.
-    const bool uv = named("u") && named("v") && !named("w"), st = named("s") && named("t");
-    const auto is_texture_coordinate = [&](std::string_view name) {
-        return name.starts_with("texture_") || (uv && (name == "u" || name == "v")) ||
-               (st && (name == "s" || name == "t"));
-    };
     for (const Property& p : element.properties) {
         layout.field.emplace_back();
         const bool other = p.role == Role::Other;
-        const bool kept = other && !p.list && !is_texture_coordinate(p.name);
+        const bool kept = other && !p.list && !is_texture_coordinate(p.name, named);
         if (kept) layout.field.back() = field_of(out, FieldKind::Scalar, p.name);
         if (other && !kept) drop_field(out, std::string(p.name.substr(0, kMaxFieldName)));
     }
@@ -324,6 +327,8 @@ namespace {
 /// Names of scalars' properties: none that means something else to readers, none twice.
 class PropertyNames {
  public:
+    explicit PropertyNames(const std::vector<VertexField>& fields) : fields_(fields) {}
+
     std::string take(const std::string& name) {
         std::string out = name.starts_with("texture_") ? "_" + name : name;
         while (means_something(out) || !taken_.insert(out).second) out += '_';
@@ -331,11 +336,13 @@ class PropertyNames {
     }
 
  private:
-    static bool means_something(std::string_view name) {
-        static constexpr std::array<std::string_view, 4> kTextureCoordinates{"u", "v", "s", "t"};
-        return std::ranges::find(kVertexNames, name) != kVertexNames.end() ||
-               std::ranges::find(kTextureCoordinates, name) != kTextureCoordinates.end();
+    [[nodiscard]] bool means_something(std::string_view name) const {
+        const auto named = [&](std::string_view n) {
+            return std::ranges::find(fields_, n, &VertexField::name) != fields_.end();
+        };
+        return std::ranges::find(kVertexNames, name) != kVertexNames.end() || is_texture_coordinate(name, named);
     }
+    const std::vector<VertexField>& fields_;
     std::set<std::string> taken_;
 };
 
@@ -355,7 +362,7 @@ Bytes write_ply(const Mesh& mesh) {
     if (!mesh.colors.empty())
         for (const char* channel : {"red", "green", "blue", "alpha"})
             head += fmt::format("property uchar {}\n", channel);
-    PropertyNames names;
+    PropertyNames names(mesh.fields);
     for (const VertexField& field : mesh.fields) head += field_header(field, names);
     head += fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n", mesh.faces.size());
 

@@ -32,7 +32,7 @@ class Texture {
     std::vector<Rgba8> texels_;  // rows from the top
 };
 
-/// The images that a mesh file names, each decoded once; together at most kMostPixels.
+/// The images that a mesh file names, each decoded once; together at most kMostPixelsTogether.
 template <typename Key>
 class Textures {
  public:
@@ -55,8 +55,8 @@ class Textures {
     }
 
  private:
-    static constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;
-    std::uint64_t pixels_left_ = kMostPixels;
+    static constexpr std::uint64_t kMostPixelsTogether = std::uint64_t{1} << 27;
+    std::uint64_t pixels_left_ = kMostPixelsTogether;
     std::map<Key, std::shared_ptr<const Texture>> known_;
 };
 

@@ -80,6 +80,11 @@ TEST(MeshFields, AScalarNamedLikeACoordinateDoesNotBecomeOne) {
     EXPECT_NEAR(back.positions[3].x, mesh.positions[3].x, 1e-6);
     for (const char* name : {"x_", "x__", "u_", "v_", "_texture_u"})
         EXPECT_NE(find(back, FieldKind::Scalar, name), nullptr) << name;
+    mesh.fields.erase(mesh.fields.begin(), mesh.fields.begin() + 2);
+    mesh.fields[2].name = "w";  // u, v, w: a velocity
+    const Mesh velocity =
+        read_mesh_from_memory(write_mesh_to_memory(mesh, MeshFormat::Ply).value(), MeshFormat::Ply, report).value();
+    for (const char* name : {"u", "v", "w"}) EXPECT_NE(find(velocity, FieldKind::Scalar, name), nullptr) << name;
 }
 
 TEST(MeshFields, PlyPropertiesOfAnyTypeAreScalarsAndTheRestIsNamed) {
