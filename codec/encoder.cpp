@@ -59,22 +59,23 @@ Result<RemeshResult> own_parts(const Mesh& mesh, const EncodeOptions& options) {
 }
 
 /// The draft of the base that measures best of three: that where decimation stops, one 1.6 times larger (sharp models)
-/// or smaller, and the next in the better direction. Two drafts are made at a time.
-Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
-    RemeshResult remeshed = remesh(input.mesh(), remeshing_of(options, options.base_faces));
-    const unsigned base = base_to_vary(input.mesh(), remeshed, options);
-    if (base == 0) return Draft::make(input, std::move(remeshed), options);
-    const double feature_angle_deg = remeshed.feature_angle_deg;
+/// or smaller, and the next in the better direction. Two drafts are made at a time. base: faces of the first one.
+/// remeshing: of the first one, then of the one taken.
+Result<Draft> best_of_bases(EncoderInput& input, RemeshResult remeshed, unsigned base, const EncodeOptions& options,
+                            RemeshOptions& remeshing) {
     const double factor = remeshed.parts[0].creases.empty() ? 1 / kBaseFactor : kBaseFactor;
     const auto levels = static_cast<int>(remeshed.parts[0].levels);
     const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input.mesh().positions.size()));
-    const auto draft_at = [&](int steps, const EncodeOptions& with) {
+    const auto remeshing_at = [&](int steps, const EncodeOptions& with) {
         const double faces = base * std::pow(factor, steps);
         const bool keeps_levels = faces > base && faces * std::pow(4, levels) / 2 <= most_vertices;
-        RemeshOptions remeshing = remeshing_of(with, static_cast<unsigned>(faces));
-        remeshing.levels = keeps_levels ? levels : -1;
-        remeshing.feature_angle_deg = feature_angle_deg;
-        return Draft::make(input, remesh(input.mesh(), remeshing), with);
+        RemeshOptions other = remeshing_of(with, static_cast<unsigned>(faces));
+        other.levels = keeps_levels ? levels : -1;
+        other.feature_angle_deg = remeshing.feature_angle_deg;
+        return other;
+    };
+    const auto draft_at = [&](int steps, const EncodeOptions& with) {
+        return Draft::make(input, remesh(input.mesh(), remeshing_at(steps, with)), with);
     };
     std::optional<Result<Draft>> first, second;
     const auto measured = [](Result<Draft> draft) {
@@ -99,8 +100,35 @@ Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
     const bool onwards = is_better(*second, **first);
     Result<Draft> best = std::move(onwards ? *second : *first);
     first.reset(), second.reset();  // memory
-    Result<Draft> third = draft_at(onwards ? 2 : -1, options);
-    return is_better(third, *best) ? std::move(third) : std::move(best);
+    const int next = onwards ? 2 : -1;
+    Result<Draft> third = draft_at(next, options);
+    const bool takes_third = is_better(third, *best);
+    if (takes_third || onwards) remeshing = remeshing_at(takes_third ? next : 1, options);
+    return takes_third ? std::move(third) : std::move(best);
+}
+
+bool is_sharp(const RemeshResult& remeshed) {
+    return std::ranges::any_of(remeshed.parts, [](const SemiRegularMesh& part) { return !part.creases.empty(); });
+}
+
+/// The draft of the base and transform that measure best. Only models with sharp edges are tried without lifting, and
+/// coded so unless that is worse: where parts are thinner than base faces, what lifting adds to coarse levels
+/// overshoots.
+Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
+    RemeshOptions remeshing = remeshing_of(options, options.base_faces);
+    RemeshResult remeshed = remesh(input.mesh(), remeshing);
+    remeshing.feature_angle_deg = remeshed.feature_angle_deg;
+    const bool tries_lazy = is_sharp(remeshed) && options.choose_transform &&
+                            options.transform.kind == TransformKind::SeededNormal &&
+                            input.mesh().positions.size() <= kMostToTry;
+    const unsigned base = base_to_vary(input.mesh(), remeshed, options);
+    Result<Draft> best = base == 0 ? Draft::make(input, std::move(remeshed), options)
+                                   : best_of_bases(input, std::move(remeshed), base, options, remeshing);
+    if (!best.ok() || !tries_lazy) return best;
+    EncodeOptions lazy = options;
+    lazy.transform.kind = TransformKind::SeededNormalLazy;
+    Result<Draft> other = Draft::make(input, remesh(input.mesh(), remeshing), lazy);
+    return other.ok() && other->score() > best->score() - kLeastGain ? std::move(other) : std::move(best);
 }
 
 /// Whether the fields are as VertexField says, each scalar by a name of its own.

@@ -299,5 +299,22 @@ TEST(Encode, ARealModelStatesTrueErrorsAndNeverGetsWorse) {
     }
 }
 
+TEST(Encode, ModelsWithSharpEdgesGoWithoutLiftingWhereThatIsNoWorse) {
+    MVW_SKIP_WITHOUT_MODELS();
+    const Mesh fandisk = clean_model("fandisk.off");
+    EncodeOptions options;
+    const Encoded chosen = encode(fandisk, options).value();
+    EXPECT_EQ(chosen.transform, TransformKind::SeededNormalLazy);
+    options.choose_transform = false;
+    const Encoded lifted = encode(fandisk, options).value();
+    EXPECT_EQ(lifted.transform, TransformKind::SeededNormal);
+    const auto psnr_at = [&](const Encoded& encoded, std::size_t bytes) {
+        Decoder decoder;
+        EXPECT_TRUE(decoder.feed(ByteSpan(encoded.file).first(bytes)).ok());
+        return surface_error(fandisk, decoder.mesh().value(), {50'000, 0}).psnr;
+    };
+    EXPECT_GT(psnr_at(chosen, 4096), psnr_at(lifted, 4096) + 3);
+}
+
 }  // namespace
 }  // namespace mvw

@@ -19,8 +19,7 @@ namespace mvw::cli {
 namespace {
 
 struct EncodeArguments {
-    std::string input, output, texture, transform = std::string(transform_name(TransformOptions{}.kind)),
-                                        weights = "exact";
+    std::string input, output, texture, transform, weights = "exact";  // transform empty: chosen
     std::string profile = "small";
     EncodeOptions options;
     bool json = false;
@@ -144,7 +143,8 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
 void encode_file(EncodeArguments& arguments) {
     const auto start = std::chrono::steady_clock::now();
     EncodeOptions& options = arguments.options;
-    options.transform.kind = transform_from_name(arguments.transform).value();  // one of transform_names()
+    options.choose_transform = arguments.transform.empty();
+    if (!arguments.transform.empty()) options.transform.kind = transform_from_name(arguments.transform).value();
     options.profile = arguments.profile == "fast" ? Profile::Fast : Profile::Small;
     options.transform.table1_weights = arguments.weights == "table1";
     options.progress = progress_line();
@@ -178,9 +178,11 @@ void add_encode(CLI::App& app) {
     command->footer("Example: mvw encode bunny.ply bunny.mvw");
     command->add_option("INPUT", arguments->input, "Mesh: .ply .obj .stl .off .gltf .glb")->required();
     command->add_option("OUTPUT.mvw", arguments->output, "File to write")->required();
-    command->add_option("--transform", arguments->transform, "Wavelet transform")
-        ->check(CLI::IsMember(transform_names()))
-        ->capture_default_str();
+    command
+        ->add_option("--transform", arguments->transform,
+                     "Wavelet transform (default: seeded-normal; of models with sharp edges seeded-normal-lazy unless "
+                     "it measures worse)")
+        ->check(CLI::IsMember(transform_names()));
     command->add_option("--levels", options.levels, "Levels above the base (default: chosen from the model)")
         ->check(CLI::Range(0, 12));
     command->add_option("--base-faces", options.base_faces, "Faces of the base mesh (default: chosen from the model)");
