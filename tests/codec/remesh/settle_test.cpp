@@ -67,7 +67,7 @@ TEST(Settle, LeavesFoldsThatCoverATip) {
     EXPECT_NEAR(positions[84].z, spike.positions[84].z, 0.02);
 }
 
-TEST(Settle, IronsMostFoldsOfRealRemeshes) {
+TEST(Settle, IronsManyFoldsOfRealRemeshes) {
     MVW_SKIP_WITHOUT_MODELS();
     const RemeshResult human = remesh(clean_model("human.obj"), {});
     EXPECT_LT(bench::count_folds(finest_mesh(human.parts)), 100u) << "164 without ironing";
