@@ -15,7 +15,7 @@ namespace {
 constexpr unsigned kSlideRounds = 8, kSnapRounds = 5, kFitRounds = 2;
 constexpr float kKept = 0.5f;      // of each tangential detail, a round
 constexpr double kMostLoss = 1.2;  // of the distance from the input, before to after sliding
-constexpr std::uint32_t kSamples = 20'000;
+constexpr std::uint32_t kSamples = 5'000, kVertexStride = 4;
 constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
 
 std::array<std::int32_t, 3> rounded(const Vec3f& p, unsigned bits) {
@@ -62,7 +62,7 @@ std::vector<Vec3> Adaptation::without_tangents(PatchTransform& transform, std::v
 }
 
 double Adaptation::distance_of(const std::vector<Vec3>& positions, unsigned threads) const {
-    return surface_.reference().error_of({positions, triangles_, {}, {}}, {kSamples, threads}).rms;
+    return surface_.reference().error_of({positions, triangles_, {}, {}}, {kSamples, threads, kVertexStride}).rms;
 }
 
 void Adaptation::slide(unsigned threads) {

@@ -12,7 +12,7 @@ namespace mvw {
 
 namespace {
 
-constexpr std::uint32_t kSamplesOnTheWay = 20'000;
+constexpr std::uint32_t kSamplesOnTheWay = 10'000;
 constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
 constexpr std::size_t kFewChunks = 48;            // measured at each
 constexpr std::uint64_t kManyVertices = 150'000;  // measured at fewer points

@@ -14,7 +14,7 @@ namespace mvw {
 
 namespace {
 
-constexpr std::uint32_t kSamplesForRemeshing = 40'000;
+constexpr std::uint32_t kSamplesForRemeshing = 10'000, kStrideForRemeshing = 4;
 constexpr double kRoundingShare = 0.4;      // of the remeshing error may be added by rounding
 constexpr double kFinestRounding = 4e-6;    // where remeshing leaves nothing
 constexpr double kFinestAlone = 2e-5;       // of parts that Draco codes alone
@@ -24,14 +24,15 @@ constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles wou
 constexpr double kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
-constexpr unsigned kBudgets = 5;                  // sizes at which files are compared, ...
-constexpr double kLeastBudget = 1024;             // ... none below
-constexpr double kMostLost = 0.7;                 // dB of the whole file that better beginnings may cost, ...
-constexpr std::size_t kMostSideBySide = 300'000;  // input vertices
-constexpr double kEnough = 84;                    // ... unless it stays above this
-constexpr double kNothing = 35;                   // PSNR that a beginning too short for any surface counts as
-constexpr double kExact = 150;                    // and the most that any does
-constexpr double kMostOverhead = 0.045;           // of the file: heads, header, index
+constexpr unsigned kBudgets = 5;         // sizes at which files are compared, ...
+constexpr unsigned kBudgetsOfScore = 4;  // at the others drafts of fewer levels end
+constexpr double kBeyondBases = 1.5;     // times the bytes of bases, for transforms to differ
+constexpr double kLeastBudget = 1024;    // ... none below
+constexpr double kMostLost = 0.7;        // dB of the whole file that better beginnings may cost, ...
+constexpr double kEnough = 84;           // ... unless it stays above this
+constexpr double kNothing = 35;          // PSNR that a beginning too short for any surface counts as
+constexpr double kExact = 150;           // and the most that any does
+constexpr double kMostOverhead = 0.045;  // of the file: heads, header, index
 
 double area(const Mesh& mesh) {
     double sum = 0;
@@ -125,22 +126,16 @@ unsigned bits_of_snap(const SemiRegularMesh& mesh) {
     return static_cast<unsigned>(std::clamp(std::round(std::log2(kCellsOfEdge / mean)), 4.0, 12.0));
 }
 
-/// How bases are laid: as they are, or remeshes adapted to bases of few bits (enc_adapt.h), or of some more.
-struct Way {
-    bool snapped;
-    unsigned finer;
-};
-
-void code_parts(const Source& source, const Way& way, unsigned threads, CodedModel& model) {
+void code_parts(const Source& source, const BaseGrid& grid, unsigned threads, CodedModel& model) {
     model.parts.clear();
     const TransformOptions transform = as_stored(source.options.transform);
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         PartPrecision precision = source.precision[p];
         const SemiRegularMesh& mesh = source.parts[p];
         Adaptation::Snapped snapped;
-        const bool snaps = way.snapped && source.adaptations[p];
+        const bool snaps = grid.snapped && source.adaptations[p];
         if (snaps) {
-            precision.base_bits = bits_of_snap(mesh) + way.finer;
+            precision.base_bits = bits_of_snap(mesh) + grid.finer_bits;
             snapped = source.adaptations[p]->snap(precision.base_bits, threads);
         }
         model.parts.push_back(code_part(snaps ? snapped.mesh : mesh, transform, precision, snapped.grid, threads));
@@ -173,7 +168,9 @@ void describe(Source& source, CodedModel& model) {
     Mesh finest = finest_mesh(source.parts);
     for (Vec3& p : finest.positions) p = source.input.to_model_units(p);
     const double remesh_error =
-        source.input.reference().error_of(finest, {kSamplesForRemeshing, source.options.threads}).rms;
+        source.input.reference()
+            .error_of(finest, {kSamplesForRemeshing, source.options.threads, kStrideForRemeshing})
+            .rms;
     double whole = 0;
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         const SemiRegularMesh& mesh = source.parts[p];
@@ -208,24 +205,42 @@ struct Quality {
     double whole = 0;  // PSNR of all of it
 };
 
-Quality quality_of(const EncoderInput& input, ByteSpan file, unsigned threads) {
-    const double bits = double(input.mesh().positions.size()) / 8;
-    const double least = std::max(kLeastBudget, 0.2 * bits), most = std::max(2 * least, 3 * bits);
-    Decoder decoder;
-    std::size_t fed = 0;
-    const auto psnr_of_first = [&](double bytes) {
-        const std::size_t end = std::min(static_cast<std::size_t>(bytes), file.size());
-        (void)decoder.feed(file.subspan(fed, end - fed)).ok();
-        fed = end;
-        const Result<Mesh> mesh = decoder.mesh();
+/// Measures longer and longer beginnings of a file.
+class Beginnings {
+ public:
+    Beginnings(const EncoderInput& input, ByteSpan file, unsigned threads)
+        : input_(input), file_(file), threads_(threads) {}
+
+    double psnr_of_first(double bytes) {
+        const std::size_t end = std::clamp(static_cast<std::size_t>(bytes), fed_, file_.size());
+        (void)decoder_.feed(file_.subspan(fed_, end - fed_)).ok();
+        fed_ = end;
+        const Result<Mesh> mesh = decoder_.mesh();
         if (!mesh.ok() || !measurable(*mesh)) return kNothing;
-        return std::min(input.reference().error_of(*mesh, {kSamplesForChoice, threads, kVertexStride}).psnr, kExact);
-    };
-    Quality quality;
-    for (unsigned k = 0; k < kBudgets; ++k)
-        quality.mean += psnr_of_first(least * std::pow(most / least, double(k) / (kBudgets - 1))) / kBudgets;
-    quality.whole = psnr_of_first(std::max(double(fed), double(file.size())));
-    return quality;
+        return std::min(input_.reference().error_of(*mesh, {kSamplesForChoice, threads_, kVertexStride}).psnr, kExact);
+    }
+    /// Mean over the first `budgets` of kBudgets sizes, none below `floor` bytes.
+    double mean(unsigned budgets, double floor = kLeastBudget) {
+        const double bits = double(input_.mesh().positions.size()) / 8;
+        const double least = std::max(floor, 0.2 * bits), most = std::max(2 * least, 3 * bits);
+        double sum = 0;
+        for (unsigned k = 0; k < budgets; ++k)
+            sum += psnr_of_first(least * std::pow(most / least, double(k) / (kBudgets - 1)));
+        return sum / budgets;
+    }
+
+ private:
+    const EncoderInput& input_;
+    const ByteSpan file_;
+    const unsigned threads_;
+    Decoder decoder_;
+    std::size_t fed_ = 0;
+};
+
+Quality quality_of(const EncoderInput& input, ByteSpan file, unsigned threads) {
+    Beginnings beginnings(input, file, threads);
+    const double mean = beginnings.mean(kBudgets);
+    return {mean, beginnings.psnr_of_first(double(file.size()))};
 }
 
 Result<void> add_original(const Mesh& input, const FileHeader& header, const EncodeOptions& options,
@@ -275,28 +290,31 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
 
 }  // namespace
 
+/// One way to code a source.
+struct Coded {
+    CodedModel model;
+    std::vector<PlannedChunk> plan;
+    Bytes file;
+};
+
 struct Draft::State {
     Source source;
     CodedModel described;  // no parts yet
-    /// One way to code it.
-    struct Coded {
-        CodedModel model;
-        std::vector<PlannedChunk> plan;
-        Bytes file;
-        std::optional<Quality> quality;  // once measured
-    } best;
+    BaseGrid grid;
+    Coded coded;
 
-    Result<Coded> code(const Way& way, unsigned threads) const {
-        Coded out{described, {}, {}, {}};
-        code_parts(source, way, threads, out.model);
+    Result<Coded> code(const BaseGrid& with, unsigned threads) const {
+        Coded out{described, {}, {}};
+        code_parts(source, with, threads, out.model);
         Result<Bytes> file = plan_file(out.model, out.plan);
         if (!file.ok()) return file.error();
         out.file = std::move(*file);
         return out;
     }
-    const Quality& quality(Coded& coded, unsigned threads) const {
-        if (!coded.quality) coded.quality = quality_of(source.input, coded.file, threads);
-        return *coded.quality;
+    [[nodiscard]] std::optional<Quality> measure(const BaseGrid& with, unsigned threads) const {
+        const Result<Coded> other = code(with, threads);
+        if (!other.ok()) return std::nullopt;
+        return quality_of(source.input, other->file, threads);
     }
 };
 
@@ -305,67 +323,58 @@ Draft::~Draft() = default;
 Draft::Draft(Draft&&) noexcept = default;
 Draft& Draft::operator=(Draft&&) noexcept = default;
 
-Result<Draft> Draft::make(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options) {
-    auto state = std::make_unique<State>(State{adapt(input, std::move(remeshed), options), {}, {}});
+Result<Draft> Draft::make(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options,
+                          const BaseGrid& grid) {
+    auto state = std::make_unique<State>(State{adapt(input, std::move(remeshed), options), {}, grid, {}});
     describe(state->source, state->described);
-    Result<State::Coded> coded = state->code({true, 0}, options.threads);
+    Result<Coded> coded = state->code(grid, options.threads);
     if (!coded.ok()) return coded.error();
-    state->best = std::move(*coded);
+    state->coded = std::move(*coded);
     return Draft(std::move(state));
 }
 
-double Draft::score() {
-    return state_->quality(state_->best, state_->source.options.threads).mean;
+double Draft::score() const {
+    return Beginnings(state_->source.input, state_->coded.file, state_->source.options.threads).mean(kBudgetsOfScore);
+}
+
+double Draft::score_beyond_bases() const {
+    double bases = 0;
+    for (const PlannedChunk& chunk : state_->coded.plan)
+        if (chunk.id.channel == Channel::Base) bases += double(chunk.payload.size());
+    return Beginnings(state_->source.input, state_->coded.file, state_->source.options.threads)
+        .mean(kBudgetsOfScore, std::max(kLeastBudget, kBeyondBases * bases));
 }
 
 double Draft::remeshing_error() const {
     return std::sqrt(state_->described.order.floor);
 }
 
-Result<void> Draft::choose_base_grid(unsigned threads) {
-    State& s = *state_;
+BaseGrid Draft::best_grid() const {
+    const State& s = *state_;
+    constexpr BaseGrid kPlain{false, 0}, kFine{true, 1};
     const auto adapted = [](const auto& adaptation) { return adaptation != nullptr; };
-    if (std::none_of(s.source.adaptations.begin(), s.source.adaptations.end(), adapted)) return {};
-    const auto coded_and_measured = [&](const Way& way, unsigned of_threads) {
-        Result<State::Coded> coded = s.code(way, of_threads);
-        if (coded.ok()) (void)s.quality(*coded, of_threads);
-        return coded;
-    };
-    std::optional<Result<State::Coded>> plain, fine;
-    const bool small = s.source.input.mesh().positions.size() <= kMostSideBySide;  // both take memory
-    const auto run = [&](const auto& a, const auto& b) {
-        if (small) return side_by_side(threads, a, b);
-        a(threads);
-        b(threads);
-    };
-    run(
-        [&](unsigned share) {
-            plain = coded_and_measured({false, 0}, share);
-        },
-        [&](unsigned share) {
-            fine = coded_and_measured({true, 1}, share);
-        });
-    if (!plain->ok()) return plain->error();
-    if (!fine->ok()) return fine->error();
-    const double least_whole = std::min((*plain)->quality->whole - kMostLost, kEnough);
-    const auto worth = [&](State::Coded& coded) {
-        const Quality& quality = s.quality(coded, threads);
-        return quality.whole >= least_whole ? quality.mean : -kExact;
-    };
-    for (Result<State::Coded>* coded : {&*fine, &*plain})
-        if (worth(**coded) > worth(s.best)) s.best = std::move(**coded);
-    s.source.adaptations.clear();
-    return {};
+    if (std::none_of(s.source.adaptations.begin(), s.source.adaptations.end(), adapted)) return s.grid;
+    std::optional<Quality> plain, fine;
+    side_by_side(
+        s.source.options.threads,  //
+        [&](unsigned threads) { plain = s.measure(kPlain, threads); },
+        [&](unsigned threads) { fine = s.measure(kFine, threads); });
+    if (!plain || !fine) return s.grid;
+    const double least_whole = std::min(plain->whole - kMostLost, kEnough);
+    const auto worth = [&](const Quality& quality) { return quality.whole >= least_whole ? quality.mean : -kExact; };
+    const double coarse = worth(quality_of(s.source.input, s.coded.file, s.source.options.threads));
+    if (worth(*plain) > std::max(coarse, worth(*fine))) return kPlain;
+    return worth(*fine) > coarse ? kFine : s.grid;
 }
 
 Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
     State& s = *state_;
-    if (options.progress) options.progress("choose", 0);
-    if (const Result<void> r = choose_base_grid(options.threads); !r.ok()) return r;
-    const SurfaceError error = measure_errors(s.source.input, s.best.file, s.best.plan, options);
-    if (const Result<void> r = add_original(s.source.input.mesh(), s.best.model.header, options, s.best.plan); !r.ok())
+    s.source.adaptations.clear();  // memory
+    const SurfaceError error = measure_errors(s.source.input, s.coded.file, s.coded.plan, options);
+    if (const Result<void> r = add_original(s.source.input.mesh(), s.coded.model.header, options, s.coded.plan);
+        !r.ok())
         return r;
-    Result<Bytes> file = write_file(s.best.model.header, to_write(s.best.plan));
+    Result<Bytes> file = write_file(s.coded.model.header, to_write(s.coded.plan));
     if (!file.ok()) return file.error();
     out.file = std::move(*file);
     out.draco_area_share = s.source.alone_area_share;
@@ -373,7 +382,7 @@ Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
     out.rms = error.rms;
     out.max = error.max;
     out.psnr = error.psnr;
-    report(s.best.model, s.best.plan, out);
+    report(s.coded.model, s.coded.plan, out);
     return {};
 }
 

@@ -31,7 +31,7 @@ class SurfaceIndex {
     /// positions  V points, finite
     /// faces      F >= 1 triangles (assert), indices below V
     /// threads    used for building; 0: all cores
-    /// O(F log F) time; about 150 bytes a face.
+    /// O(F log F) time; about 180 bytes a face.
     SurfaceIndex(std::span<const Vec3> positions, std::span<const Face> faces, unsigned threads = 0);
     ~SurfaceIndex();
     SurfaceIndex(SurfaceIndex&&) noexcept;

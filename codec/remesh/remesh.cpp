@@ -47,8 +47,9 @@ constexpr double kMaxFineOversampling = 24;  // ... but a few faces are told wit
 constexpr double kMaxError = 4e-4;           // of the diagonal: a remesh that misses it by more is given up; ...
 constexpr double kMaxSmallError = 2e-4;      // ... of a part that Draco codes in a few kilobytes, sooner
 constexpr double kMaxSmallDeviation = 1e-2;  // of the diagonal, at the worst place of such a part
-constexpr std::uint32_t kSamples = 40'000;   // of each surface, to measure errors
 constexpr std::size_t kSmallPartFaces = 10'000;
+constexpr std::uint32_t kSamples = 40'000;  // of each surface and all its vertices, to measure errors; ...
+constexpr std::uint32_t kThinning = 4;      // ... of large parts, where the largest is not asked for, one of so many
 constexpr std::size_t kMaxFaces = std::size_t{1} << 27;  // of a finest level, whatever was asked for
 constexpr double kMaxAloneShare = 0.3;                   // of the area: above this, try without features
 
@@ -271,7 +272,9 @@ class Sampler {
         for (std::size_t v = 0; v < points.size(); ++v)
             normals.push_back(fixed[v] != 0 ? Vec3{} : surface_.normal(points[v]));
         settle(input, triangles, fixed, normals, {1, false, threads_}, part.positions);
-        const SurfaceError error = surface_error(input, {part.positions, triangles, {}, {}}, {kSamples, threads_});
+        const std::uint32_t thinning = input.faces.size() >= kSmallPartFaces ? kThinning : 1;
+        const SurfaceError error =
+            surface_error(input, {part.positions, triangles, {}, {}}, {kSamples / thinning, threads_, thinning});
         report(options_, "fit", 1);
         const double scale = bounding_box(input).diagonal() / bounding_box(mesh_).diagonal();
         return {error.rms * scale, error.max * scale};
