@@ -24,15 +24,15 @@ constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles wou
 constexpr double kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
-constexpr unsigned kBudgets = 5;         // sizes at which files are compared, ...
-constexpr unsigned kBudgetsOfScore = 4;  // at the others drafts of fewer levels end
-constexpr double kBeyondBases = 1.5;     // times the bytes of bases, for transforms to differ
-constexpr double kLeastBudget = 1024;    // ... none below
-constexpr double kMostLost = 0.7;        // dB of the whole file that better beginnings may cost, ...
-constexpr double kEnough = 84;           // ... unless it stays above this
-constexpr double kNothing = 35;          // PSNR that a beginning too short for any surface counts as
-constexpr double kExact = 150;           // and the most that any does
-constexpr double kMostOverhead = 0.045;  // of the file: heads, header, index
+constexpr unsigned kBudgets = 5;                    // sizes at which files are compared, ...
+constexpr double kLeastBudget = 1024;               // ... none below
+constexpr unsigned kBudgetsOfScore = 4;             // of them: at the last one drafts of fewer levels are at their end
+constexpr std::size_t kMostSideBySide = 1'200'000;  // vertices of drafts that are made at the same time
+constexpr double kMostLost = 0.7;                   // dB of the whole file that better beginnings may cost, ...
+constexpr double kEnough = 84;                      // ... unless it stays above this
+constexpr double kNothing = 35;                     // PSNR that a beginning too short for any surface counts as
+constexpr double kExact = 150;                      // and the most that any does
+constexpr double kMostOverhead = 0.045;             // of the file: heads, header, index
 
 double area(const Mesh& mesh) {
     double sum = 0;
@@ -288,14 +288,14 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
     out.transform = TransformKind{model.header.transform};
 }
 
-}  // namespace
-
 /// One way to code a source.
 struct Coded {
     CodedModel model;
     std::vector<PlannedChunk> plan;
     Bytes file;
 };
+
+}  // namespace
 
 struct Draft::State {
     Source source;
@@ -334,37 +334,54 @@ Result<Draft> Draft::make(EncoderInput& input, RemeshResult remeshed, const Enco
 }
 
 double Draft::score() const {
-    return Beginnings(state_->source.input, state_->coded.file, state_->source.options.threads).mean(kBudgetsOfScore);
+    return score_from(kLeastBudget);
 }
 
-double Draft::score_beyond_bases() const {
-    double bases = 0;
-    for (const PlannedChunk& chunk : state_->coded.plan)
-        if (chunk.id.channel == Channel::Base) bases += double(chunk.payload.size());
+double Draft::score_from(double floor) const {
     return Beginnings(state_->source.input, state_->coded.file, state_->source.options.threads)
-        .mean(kBudgetsOfScore, std::max(kLeastBudget, kBeyondBases * bases));
+        .mean(kBudgetsOfScore, std::max(floor, kLeastBudget));
+}
+
+double Draft::base_bytes() const {
+    double bytes = 0;
+    for (const PlannedChunk& chunk : state_->coded.plan)
+        if (chunk.id.channel == Channel::Base) bytes += double(chunk.payload.size());
+    return bytes;
 }
 
 double Draft::remeshing_error() const {
     return std::sqrt(state_->described.order.floor);
 }
 
-BaseGrid Draft::best_grid() const {
+BaseGrid Draft::best_grid(unsigned threads) const {
     const State& s = *state_;
     constexpr BaseGrid kPlain{false, 0}, kFine{true, 1};
     const auto adapted = [](const auto& adaptation) { return adaptation != nullptr; };
     if (std::none_of(s.source.adaptations.begin(), s.source.adaptations.end(), adapted)) return s.grid;
     std::optional<Quality> plain, fine;
-    side_by_side(
-        s.source.options.threads,  //
-        [&](unsigned threads) { plain = s.measure(kPlain, threads); },
-        [&](unsigned threads) { fine = s.measure(kFine, threads); });
+    const auto measure_plain = [&](unsigned share) { plain = s.measure(kPlain, share); };
+    const auto measure_fine = [&](unsigned share) { fine = s.measure(kFine, share); };
+    if (finest_mesh(s.source.parts).positions.size() <= kMostSideBySide) {
+        side_by_side(threads, measure_plain, measure_fine);
+    } else {  // each takes memory
+        measure_plain(threads);
+        measure_fine(threads);
+    }
     if (!plain || !fine) return s.grid;
     const double least_whole = std::min(plain->whole - kMostLost, kEnough);
     const auto worth = [&](const Quality& quality) { return quality.whole >= least_whole ? quality.mean : -kExact; };
-    const double coarse = worth(quality_of(s.source.input, s.coded.file, s.source.options.threads));
+    const double coarse = worth(quality_of(s.source.input, s.coded.file, threads));
     if (worth(*plain) > std::max(coarse, worth(*fine))) return kPlain;
     return worth(*fine) > coarse ? kFine : s.grid;
+}
+
+Result<void> Draft::lay_bases(const BaseGrid& grid, unsigned threads) {
+    if (grid == state_->grid) return {};
+    Result<Coded> coded = state_->code(grid, threads);
+    if (!coded.ok()) return coded.error();
+    state_->coded = std::move(*coded);
+    state_->grid = grid;
+    return {};
 }
 
 Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {

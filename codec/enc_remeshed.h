@@ -11,6 +11,7 @@ namespace mvw {
 struct BaseGrid {
     bool snapped = true;
     unsigned finer_bits = 0;
+    friend bool operator==(const BaseGrid&, const BaseGrid&) = default;
 };
 
 /// A remesh adapted to its surface (enc_adapt.h) and coded, so that remeshes can be compared before one is written.
@@ -25,12 +26,16 @@ class Draft {
 
     /// Mean PSNR of the file's beginnings of 0.2 to 1.5 bits for each of the input's vertices. Measured at each call.
     [[nodiscard]] double score() const;
-    /// The same of beginnings that are at least 1.5 times as long as the bases: to compare transforms.
-    [[nodiscard]] double score_beyond_bases() const;
+    /// The same of beginnings that have at least `floor` bytes.
+    [[nodiscard]] double score_from(double floor) const;
+    /// Of the Base chunks.
+    [[nodiscard]] double base_bytes() const;
     /// RMS error that remeshing left, fraction of the diagonal.
     [[nodiscard]] double remeshing_error() const;
     /// The grid for bases that measures best, of three; that of make() where another cannot be coded.
-    [[nodiscard]] BaseGrid best_grid() const;
+    [[nodiscard]] BaseGrid best_grid(unsigned threads) const;
+    /// Codes it anew where the grid is another one.
+    Result<void> lay_bases(const BaseGrid& grid, unsigned threads);
     /// Measures every error against the input, and writes the file. `out` comes with what is known of the input and
     /// gets the rest. options: those of make(), but for threads and progress.
     Result<void> finish(const EncodeOptions& options, Encoded& out);

@@ -14,32 +14,31 @@ namespace {
 constexpr std::size_t kMostToTry = 150'000;  // vertices of a model for which bases and transforms are tried
 constexpr double kBaseFactor = 1.6;          // from one base to the next
 constexpr double kMostGrowth = 8;            // of vertices: so far, or up to few, a larger base keeps its levels
-constexpr unsigned kLeastTrialLevels = 2;
-constexpr double kLeastGain = 0.1;    // dB; less is chance
-constexpr double kMostLoss = 1.3;     // of the remeshing error, against that of the first base, ...
-constexpr double kSmallError = 6e-5;  // ... or what is small of the diagonal
+constexpr unsigned kLeastLevels = 3;         // of parts whose finest one trials leave out
+constexpr double kLeastGain = 0.1;           // dB; less is chance
+constexpr double kMostLoss = 1.3;            // of the remeshing error, against that of the first base, ...
+constexpr double kSmallError = 6e-5;         // ... or what is small of the diagonal
+constexpr double kErrorOfALevel = 2.5;       // by so much the error is larger where the finest level is left out
+constexpr double kBeyondBases = 1.5;         // times the bytes of bases, for transforms to differ
 constexpr double kFailed = -std::numeric_limits<double>::infinity();
 
-unsigned levels_of_trial(unsigned levels) {
-    return levels > kLeastTrialLevels ? levels - 1 : levels;
+EncodeOptions with(EncodeOptions options, TransformKind transform, unsigned threads) {
+    options.transform.kind = transform;
+    options.threads = threads;
+    options.progress = {};
+    return options;
 }
 
 /// A draft and what it measured; none where it could not be coded.
 struct Trial {
     std::optional<Draft> draft;
-    TransformKind transform;
+    TransformKind transform = {};
     double score = kFailed, remeshing_error = 0;
-
-    [[nodiscard]] double score_beyond_bases() const { return draft ? draft->score_beyond_bases() : kFailed; }
-    [[nodiscard]] BaseGrid best_grid() const { return draft ? draft->best_grid() : BaseGrid{}; }
 };
 
-Trial try_out(EncoderInput& input, RemeshResult remeshed, TransformKind transform, EncodeOptions options,
-              unsigned threads) {
-    options.transform.kind = transform;
-    options.threads = threads;
-    options.progress = {};
-    Trial trial{{}, transform};
+Trial try_out(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options) {
+    Trial trial;
+    trial.transform = options.transform.kind;
     Result<Draft> draft = Draft::make(input, std::move(remeshed), options);
     if (!draft.ok()) return trial;
     trial.draft = std::move(*draft);
@@ -54,9 +53,35 @@ bool tries_lazy(const EncoderInput& input, const RemeshResult& first, const Enco
            input.mesh().positions.size() <= kMostToTry && std::ranges::any_of(first.parts, is_sharp);
 }
 
-/// The one without lifting unless it is worse.
+/// The one without lifting unless it is worse in beginnings that show more than bases.
 Trial better_transform(Trial lifted, Trial lazy) {
-    return lazy.score_beyond_bases() > lifted.score_beyond_bases() - kLeastGain ? std::move(lazy) : std::move(lifted);
+    if (!lifted.draft || !lazy.draft) return lazy.draft ? std::move(lazy) : std::move(lifted);
+    const double floor = kBeyondBases * std::max(lifted.draft->base_bytes(), lazy.draft->base_bytes());
+    const bool is_worse = lazy.draft->score_from(floor) <= lifted.draft->score_from(floor) - kLeastGain;
+    return is_worse ? std::move(lifted) : std::move(lazy);
+}
+
+/// Whether trials of a remesh leave out the finest level.
+bool leaves_out_a_level(const RemeshResult& remeshed) {
+    double vertices = 0;
+    unsigned levels = 0;
+    for (const SemiRegularMesh& part : remeshed.parts) {
+        vertices += double(part.positions.size());
+        levels = std::max(levels, part.levels);
+    }
+    return vertices > kFewVertices && levels >= kLeastLevels;
+}
+
+/// The same without the finest level of its parts that have enough.
+RemeshResult coarser(RemeshResult remeshed) {
+    for (SemiRegularMesh& part : remeshed.parts) {
+        if (part.levels < kLeastLevels) continue;
+        const auto V = static_cast<std::size_t>(vertices_at_level(part.base, --part.levels));
+        part.positions.resize(V);
+        if (!part.colors.empty()) part.colors.resize(V);
+        for (VertexField& field : part.fields) field.values.resize(V * field.components());
+    }
+    return remeshed;
 }
 
 /// Trials of a model of one part with several bases.
@@ -65,80 +90,93 @@ class BaseTrials {
     BaseTrials(EncoderInput& input, const RemeshResult& first, const EncodeOptions& options)
         : input_(input),
           options_(options),
-          feature_angle_deg_(first.feature_angle_deg),
+          first_(first),
           base_(first.parts[0].base.face_count()),
           levels_(first.parts[0].levels),
-          sharp_(!first.parts[0].creases.empty()) {}
+          sharp_(!first.parts[0].creases.empty()),
+          leaves_out_(leaves_out_a_level(first)) {}
 
     /// The best base's trial; best_steps() says which that is.
     Trial run() {
+        const TransformKind transform = options_.transform.kind;
         std::optional<Trial> first, second;
         side_by_side(
             options_.threads,  //
-            [&](unsigned threads) { first = trial(0, options_.transform.kind, threads); },
-            [&](unsigned threads) { second = trial(1, options_.transform.kind, threads); });
-        most_error_ = kMostLoss * std::max(first->remeshing_error, kSmallError);
+            [&](unsigned threads) { first = trial(0, transform, threads); },
+            [&](unsigned threads) { second = trial(1, transform, threads); });
+        const double small = leaves_out_ ? kSmallError * kErrorOfALevel : kSmallError;
+        most_error_ = kMostLoss * std::max(first->remeshing_error, small);
         const bool onwards = is_better(*second, *first);
-        const int next = onwards ? 2 : -1;
         Trial best = std::move(onwards ? *second : *first);
-        Trial third = trial(next, options_.transform.kind, options_.threads);
+        first.reset(), second.reset();  // memory
+        const int next = onwards ? 2 : -1;
+        Trial third = trial(next, transform, options_.threads);
         const bool takes_third = is_better(third, best);
         best_steps_ = takes_third ? next : onwards ? 1 : 0;
         return takes_third ? std::move(third) : std::move(best);
     }
     [[nodiscard]] int best_steps() const { return best_steps_; }
 
-    /// How a file with a base so many steps from the first one is remeshed.
-    [[nodiscard]] RemeshOptions remeshing_at(int steps) const {
+    /// How a file with a base so many steps from the first one is remeshed, or its trial.
+    [[nodiscard]] RemeshOptions remeshing_at(int steps, bool leaves_out) const {
         RemeshOptions remeshing = remeshing_of(options_);
-        remeshing.feature_angle_deg = feature_angle_deg_;
-        if (steps == 0) return remeshing;
+        remeshing.feature_angle_deg = first_.feature_angle_deg;
         const double faces = base_ * std::pow(sharp_ ? kBaseFactor : 1 / kBaseFactor, steps);
         const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input_.mesh().positions.size()));
-        const bool keeps_levels = faces > base_ && faces * std::pow(4, levels_) / 2 <= most_vertices;
-        remeshing.base_faces = static_cast<unsigned>(faces);
-        remeshing.levels = keeps_levels ? static_cast<int>(levels_) : -1;
+        const bool keeps_levels = faces <= base_ || faces * std::pow(4, levels_) / 2 <= most_vertices;
+        if (steps != 0) remeshing.base_faces = static_cast<unsigned>(faces);
+        if (steps != 0 && faces > base_ && keeps_levels) remeshing.levels = static_cast<int>(levels_);
+        // What is tried without its finest level has to have the levels that it is tried for.
+        if (leaves_out_) remeshing.levels = static_cast<int>(keeps_levels ? levels_ : levels_ - 1);
+        if (leaves_out) --remeshing.levels;
         return remeshing;
     }
     [[nodiscard]] Trial trial(int steps, TransformKind transform, unsigned threads) const {
-        RemeshOptions remeshing = remeshing_at(steps);
-        remeshing.levels = static_cast<int>(levels_of_trial(levels_));
+        const EncodeOptions silent = with(options_, transform, threads);
+        if (steps == 0 && !leaves_out_) return try_out(input_, first_, silent);
+        RemeshOptions remeshing = remeshing_at(steps, leaves_out_);
         remeshing.threads = threads;
         remeshing.progress = {};
-        return try_out(input_, remesh(input_.mesh(), remeshing), transform, options_, threads);
+        return try_out(input_, remesh(input_.mesh(), remeshing), silent);
     }
 
  private:
     [[nodiscard]] bool is_better(const Trial& trial, const Trial& than) const {
-        return trial.remeshing_error <= most_error_ && trial.score >= than.score + kLeastGain;
+        return trial.draft && trial.remeshing_error <= most_error_ && trial.score >= than.score + kLeastGain;
     }
 
     EncoderInput& input_;
     const EncodeOptions& options_;
-    const double feature_angle_deg_;
+    const RemeshResult& first_;
     const unsigned base_, levels_;
-    const bool sharp_;
+    const bool sharp_, leaves_out_;
     double most_error_ = 0;
     int best_steps_ = 0;
 };
 
-/// Whether other bases can be tried.
 bool tries_bases(const EncoderInput& input, const RemeshResult& first, const EncodeOptions& options) {
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
     return !chosen && first.parts.size() == 1 && first.origins[0] == PartOrigin::Remeshed &&
            input.mesh().positions.size() <= kMostToTry;
 }
 
-/// The same without the finest level of most parts.
-RemeshResult coarser(RemeshResult remeshed) {
-    for (SemiRegularMesh& part : remeshed.parts) {
-        part.levels = levels_of_trial(part.levels);
-        const auto V = static_cast<std::size_t>(vertices_at_level(part.base, part.levels));
-        part.positions.resize(V);
-        if (!part.colors.empty()) part.colors.resize(V);
-        for (VertexField& field : part.fields) field.values.resize(V * field.components());
+/// The best trial of a model, and how the file is then remeshed: `first` where no other base is better.
+Trial run_trials(EncoderInput& input, const EncodeOptions& options, bool leaves_out, RemeshResult& first) {
+    const bool lazy = tries_lazy(input, first, options);
+    constexpr TransformKind kLazy = TransformKind::SeededNormalLazy;
+    if (!tries_bases(input, first, options)) {
+        const auto trial = [&](TransformKind transform) {
+            return try_out(input, leaves_out ? coarser(first) : first, with(options, transform, options.threads));
+        };
+        Trial best = trial(options.transform.kind);
+        return lazy ? better_transform(std::move(best), trial(kLazy)) : std::move(best);
     }
-    return remeshed;
+    BaseTrials trials(input, first, options);
+    Trial best = trials.run();
+    const int steps = trials.best_steps();
+    if (lazy) best = better_transform(std::move(best), trials.trial(steps, kLazy, options.threads));
+    if (leaves_out && steps != 0) first = remesh(input.mesh(), trials.remeshing_at(steps, false));
+    return best;
 }
 
 }  // namespace
@@ -153,37 +191,28 @@ RemeshOptions remeshing_of(const EncodeOptions& options) {
     return remeshing;
 }
 
-Way choose_way(EncoderInput& input, const RemeshResult& first, const EncodeOptions& options) {
+Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options) {
     const auto report = [&](double done) {
         if (options.progress) options.progress("choose", done);
     };
-    Way way{remeshing_of(options), true, options.transform.kind, {}};
-    if (std::ranges::find(first.origins, PartOrigin::Remeshed) == first.origins.end()) return way;
+    RemeshResult remeshed = remesh(input.mesh(), remeshing_of(options));
+    if (std::ranges::find(remeshed.origins, PartOrigin::Remeshed) == remeshed.origins.end())
+        return Draft::make(input, std::move(remeshed), options);
     report(0);
-    Trial best;
-    if (tries_bases(input, first, options)) {
-        BaseTrials trials(input, first, options);
-        best = trials.run();
-        const int steps = trials.best_steps();
-        way.remeshing = trials.remeshing_at(steps);
-        way.as_first = steps == 0;
-        report(0.5);
-        if (tries_lazy(input, first, options))
-            best = better_transform(std::move(best),
-                                    trials.trial(steps, TransformKind::SeededNormalLazy, options.threads));
-    } else {
-        const RemeshResult remeshed = coarser(first);
-        best = try_out(input, remeshed, options.transform.kind, options, options.threads);
-        report(0.5);
-        if (tries_lazy(input, first, options))
-            best = better_transform(
-                std::move(best), try_out(input, remeshed, TransformKind::SeededNormalLazy, options, options.threads));
-    }
-    report(0.75);
-    way.transform = best.transform;
-    way.grid = best.best_grid();
+    const bool leaves_out = leaves_out_a_level(remeshed);
+    Trial best = run_trials(input, options, leaves_out, remeshed);
+    if (!best.draft) return Draft::make(input, std::move(remeshed), options);  // says why
+    report(0.7);
+    const BaseGrid grid = best.draft->best_grid(options.threads);
     report(1);
-    return way;
+    if (leaves_out) {
+        EncodeOptions as_tried = options;
+        as_tried.transform.kind = best.transform;
+        best.draft.reset();  // memory
+        return Draft::make(input, std::move(remeshed), as_tried, grid);
+    }
+    if (const Result<void> r = best.draft->lay_bases(grid, options.threads); !r.ok()) return r.error();
+    return std::move(*best.draft);
 }
 
 }  // namespace mvw

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -33,15 +32,6 @@ Result<RemeshResult> own_parts(const Mesh& mesh, const EncodeOptions& options) {
     return Error{Errc::InvalidArgument, 0,
                  "the mesh has no subdivision connectivity of two levels or more, which lossless coding needs "
                  "(--keep-original keeps any mesh)"};
-}
-
-/// The draft that trials say is best.
-Result<Draft> best_draft(EncoderInput& input, EncodeOptions options) {
-    RemeshResult remeshed = remesh(input.mesh(), remeshing_of(options));
-    const Way way = choose_way(input, remeshed, options);
-    if (!way.as_first) remeshed = remesh(input.mesh(), way.remeshing);
-    options.transform.kind = way.transform;
-    return Draft::make(input, std::move(remeshed), options, way.grid);
 }
 
 /// Whether the fields are as VertexField says, each scalar by a name of its own.

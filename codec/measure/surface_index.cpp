@@ -215,7 +215,8 @@ SurfacePoint SurfaceIndex::closest(const Vec3& p, std::uint32_t near_face) const
     const double reach = std::max({1.0, std::abs(search.p.x), std::abs(search.p.y), std::abs(search.p.z)});
     // Far away, where floats would overflow when squared, every triangle is looked at.
     const bool far = reach > 1e15;
-    search.slack = far ? std::numeric_limits<float>::infinity() : static_cast<float>(1e-6 * reach);
+    // What rounding to floats may add up to, in the hierarchy and in boxes, is just under 1e-6 of this.
+    search.slack = far ? std::numeric_limits<float>::infinity() : static_cast<float>(2e-6 * reach);
     search.offer(near_face == kNone ? 0 : near_face);
 
     RTCPointQuery query;

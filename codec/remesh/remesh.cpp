@@ -52,6 +52,7 @@ constexpr std::uint32_t kSamples = 40'000;  // of each surface and all its verti
 constexpr std::uint32_t kThinning = 4;      // ... of large parts, where the largest is not asked for, one of so many
 constexpr std::size_t kMaxFaces = std::size_t{1} << 27;  // of a finest level, whatever was asked for
 constexpr double kMaxAloneShare = 0.3;                   // of the area: above this, try without features
+constexpr double kNoFeaturesDeg = 181;                   // no edge is as sharp
 
 unsigned default_level(std::size_t input_faces, std::size_t base_faces) {
     const double ratio = kOversampling * static_cast<double>(input_faces) / static_cast<double>(base_faces);
@@ -321,7 +322,10 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
     if (has_features && options.base_faces == 0 && decimation.alone_area_share > kMaxAloneShare) {
         // So many features leave too little to collapse, as the noise of some scans does: do without them.
         Decimation smooth = decimate(mesh, {}, parts, component_of_face, options);
-        if (smooth.alone_area_share <= decimation.alone_area_share) decimation = std::move(smooth);
+        if (smooth.alone_area_share <= decimation.alone_area_share) {
+            decimation = std::move(smooth);
+            result.feature_angle_deg = kNoFeaturesDeg;
+        }
     }
 
     const Sampler sampler(mesh, decimation, threads, options);

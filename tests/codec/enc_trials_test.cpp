@@ -2,64 +2,83 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
-#include "codec/measure/surface_error.h"
+#include "codec/decoder.h"
 #include "tests/support/shapes.h"
 
 namespace mvw {
 namespace {
 
-Way way_of(const Mesh& mesh, const EncodeOptions& options) {
-    const auto input = EncoderInput::make(mesh, options.threads).value();
-    return choose_way(*input, remesh(mesh, remeshing_of(options)), options);
+/// A torus with waves on it, so that it is neither semi-regular nor told by few vertices.
+Mesh wavy_torus() {
+    Mesh mesh = torus(161, 97);
+    for (Vec3& p : mesh.positions) p = p * (1 + 0.03 * std::sin(9 * p.x) * std::sin(11 * p.y) * std::sin(7 * p.z));
+    return mesh;
 }
 
-EncodeOptions one_thread() {
+Encoded encoded(const Mesh& mesh, EncodeOptions options) {
+    const auto input = EncoderInput::make(mesh, options.threads).value();
+    Encoded out;
+    EXPECT_TRUE(best_draft(*input, options)->finish(options, out).ok());
+    return out;
+}
+
+EncodeOptions on_one_thread() {
     EncodeOptions options;
     options.threads = 1;
     return options;
 }
 
-TEST(ChooseWay, WhatIsSemiRegularNeedsNoTrial) {
-    EncodeOptions options = one_thread();
+TEST(BestDraft, WhatIsSemiRegularNeedsNoTrial) {
+    EncodeOptions options = on_one_thread();
     bool tried = false;
     options.progress = [&](const char* phase, double) { tried = tried || std::string(phase) == "choose"; };
-    const Way way = way_of(icosphere(4), options);
-    EXPECT_TRUE(way.as_first);
-    EXPECT_EQ(way.transform, options.transform.kind);
+    EXPECT_EQ(encoded(icosphere(4), options).base_faces, 20u);
     EXPECT_FALSE(tried);
 }
 
-TEST(ChooseWay, ABaseThatIsAskedForStays) {
-    EncodeOptions options = one_thread();
-    options.base_faces = 60;
-    const Way way = way_of(torus(61, 37), options);
-    EXPECT_TRUE(way.as_first);
-    EXPECT_EQ(way.remeshing.base_faces, 60u);
+TEST(BestDraft, BasesAndLevelsAskedForStay) {
+    EncodeOptions options = on_one_thread();
+    options.base_faces = 160;
+    options.levels = 3;
+    const Encoded out = encoded(torus(61, 37), options);
+    EXPECT_LE(out.base_faces, 160u);
+    EXPECT_GT(out.base_faces, 120u);
+    EXPECT_EQ(out.levels, 3u);
 }
 
-TEST(ChooseWay, AnotherBaseHasTheFacesAndLevelsThatItsTrialStandsFor) {
-    const Mesh mesh = torus(61, 37);
-    const RemeshResult first = remesh(mesh, remeshing_of(one_thread()));
-    const Way way = way_of(mesh, one_thread());
-    const RemeshResult taken = remesh(mesh, way.remeshing);
-    ASSERT_EQ(taken.parts.size(), 1u);
-    const double ratio = double(taken.parts[0].base.face_count()) / first.parts[0].base.face_count();
-    EXPECT_EQ(way.as_first, way.remeshing.base_faces == 0);
-    EXPECT_GT(ratio, way.as_first ? 0.99 : 1 / 2.7);
-    EXPECT_LT(ratio, way.as_first ? 1.01 : 1.7);
-    // No trial may end in a file that stands far worse.
-    const auto error = [&](const RemeshResult& remeshed) {
-        const SemiRegularMesh& part = remeshed.parts[0];
-        return surface_error(mesh, {part.positions, triangles_at_level(part.base, part.levels), {}, {}}, {20'000, 1})
-            .rms;
-    };
-    EXPECT_LT(error(taken), std::max(2 * error(first), 1e-4));
+TEST(BestDraft, OfManyVerticesHasTheLevelThatTrialsLeaveOut) {
+    const Mesh mesh = wavy_torus();
+    const SemiRegularMesh first = remesh(mesh, remeshing_of(on_one_thread())).parts.at(0);
+    ASSERT_GE(first.levels, 3u);
+    EncodeOptions options = on_one_thread();
+    options.levels = static_cast<int>(first.levels) + 1;  // so many that a level is left out
+    const Encoded out = encoded(mesh, options);
+    EXPECT_EQ(out.levels, first.levels + 1);
+    EXPECT_GT(out.vertices, 65'536u);
+    EXPECT_GT(out.psnr, 80);
+    options.threads = 3;
+    EXPECT_EQ(encoded(mesh, options).file, out.file);
 }
 
-TEST(ChooseWay, SmoothModelsAreLifted) {
-    EXPECT_EQ(way_of(torus(61, 37), one_thread()).transform, TransformKind::SeededNormal);
+TEST(BestDraft, ColoursAndSeveralPartsPassThroughTrials) {
+    Mesh mesh = wavy_torus();
+    const Mesh small = moved(torus(40, 23), {4, 0, 0});
+    const auto shift = static_cast<std::uint32_t>(mesh.positions.size());
+    for (Face f : small.faces) {
+        for (std::uint32_t& v : f) v += shift;
+        mesh.faces.push_back(f);
+    }
+    mesh.positions.insert(mesh.positions.end(), small.positions.begin(), small.positions.end());
+    for (const Vec3& p : mesh.positions)
+        mesh.colors.push_back({static_cast<std::uint8_t>(p.x > 2.5 ? 200 : 20), 100, 50, 255});
+    const Encoded out = encoded(mesh, on_one_thread());
+    const Mesh back = decode(out.file).value();
+    ASSERT_EQ(back.colors.size(), back.positions.size());
+    for (std::size_t v = 0; v < back.positions.size(); ++v)
+        EXPECT_NEAR(back.colors[v].r, back.positions[v].x > 2.5 ? 200 : 20, 30);
 }
 
 }  // namespace

@@ -77,5 +77,18 @@ TEST(SurfaceIndex, IsExactFarFromTheOriginWhereFloatsAreNot) {
     EXPECT_NEAR(index.closest(p).distance, distance_to_all(mesh, p), 1e-9);
 }
 
+TEST(SurfaceIndex, AgreesForPointsAtAnyDistance) {
+    const Mesh mesh = icosphere(3);
+    const SurfaceIndex index(mesh.positions, mesh.faces);
+    std::mt19937_64 random(2);
+    std::normal_distribution<double> coordinate;
+    for (const double far : {1e-9, 0.5, 1.0, 30.0, 1e3, 1e8, 1e14, 1e16, 1e30})
+        for (int i = 0; i < 40; ++i) {
+            const Vec3 p = Vec3{coordinate(random), coordinate(random), coordinate(random)} * far;
+            const double nearest = distance_to_all(mesh, p);
+            EXPECT_NEAR(index.closest(p, i % 2 == 0 ? kNone : 7u).distance, nearest, 1e-12 * nearest) << far;
+        }
+}
+
 }  // namespace
 }  // namespace mvw
