@@ -18,7 +18,7 @@ Mesh wavy_torus() {
     return mesh;
 }
 
-Encoded encoded(const Mesh& mesh, EncodeOptions options) {
+Encoded encoded(const Mesh& mesh, const EncodeOptions& options) {
     const auto input = EncoderInput::make(mesh, options.threads).value();
     Encoded out;
     EXPECT_TRUE(best_draft(*input, options)->finish(options, out).ok());
