@@ -6,6 +6,7 @@
 #include <string>
 
 #include "codec/decoder.h"
+#include "tests/support/meshes.h"
 #include "tests/support/shapes.h"
 
 namespace mvw {
@@ -64,14 +65,7 @@ TEST(BestDraft, OfManyVerticesHasTheLevelThatTrialsLeaveOut) {
 }
 
 TEST(BestDraft, ColoursAndSeveralPartsPassThroughTrials) {
-    Mesh mesh = wavy_torus();
-    const Mesh small = moved(torus(40, 23), {4, 0, 0});
-    const auto shift = static_cast<std::uint32_t>(mesh.positions.size());
-    for (Face f : small.faces) {
-        for (std::uint32_t& v : f) v += shift;
-        mesh.faces.push_back(f);
-    }
-    mesh.positions.insert(mesh.positions.end(), small.positions.begin(), small.positions.end());
+    Mesh mesh = join(wavy_torus(), moved(torus(40, 23), {4, 0, 0}));
     for (const Vec3& p : mesh.positions)
         mesh.colors.push_back({static_cast<std::uint8_t>(p.x > 2.5 ? 200 : 20), 100, 50, 255});
     const Encoded out = encoded(mesh, on_one_thread());
