@@ -18,9 +18,9 @@ constexpr std::uint32_t kSamplesForRemeshing = 10'000, kStrideForRemeshing = 4;
 constexpr double kRoundingShare = 0.4;      // of the remeshing error may be added by rounding
 constexpr double kFinestRounding = 4e-6;    // where remeshing leaves nothing
 constexpr double kFinestAlone = 2e-5;       // of parts that Draco codes alone
-constexpr double kVerticesOfTile = 32'768;  // a tile has at least so many, so that its chunks are worth their heads
+constexpr double kVerticesOfTile = 65'536;  // a tile has at least so many, so that its chunks are worth their heads
 constexpr unsigned kMostTiles = 64;
-constexpr std::uint64_t kLeastOfTile = 8192;  // coarser levels, where tiles would have fewer vertices, are not tiled
+constexpr std::uint64_t kLeastOfTile = 16'384;  // coarser levels, where tiles would have fewer vertices, are not tiled
 constexpr double kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;

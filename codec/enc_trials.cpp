@@ -47,10 +47,19 @@ Trial try_out(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& o
     return trial;
 }
 
+bool is_sharp(const RemeshResult& remeshed) {
+    return std::ranges::any_of(remeshed.parts, [](const SemiRegularMesh& part) { return !part.creases.empty(); });
+}
+
+unsigned base_faces_of(const RemeshResult& remeshed) {
+    unsigned faces = 0;
+    for (const SemiRegularMesh& part : remeshed.parts) faces += part.base.face_count();
+    return faces;
+}
+
 bool tries_lazy(const EncoderInput& input, const RemeshResult& first, const EncodeOptions& options) {
-    const auto is_sharp = [](const SemiRegularMesh& part) { return !part.creases.empty(); };
     return options.choose_transform && options.transform.kind == TransformKind::SeededNormal &&
-           input.mesh().positions.size() <= kMostToTry && std::ranges::any_of(first.parts, is_sharp);
+           input.mesh().positions.size() <= kMostToTry && is_sharp(first);
 }
 
 /// The one without lifting unless it is worse in beginnings that show more than bases.
@@ -84,16 +93,22 @@ RemeshResult coarser(RemeshResult remeshed) {
     return remeshed;
 }
 
-/// Trials of a model of one part with several bases.
+bool has_same_levels(const RemeshResult& remeshed) {
+    return std::ranges::all_of(remeshed.parts,
+                               [&](const SemiRegularMesh& part) { return part.levels == remeshed.parts[0].levels; });
+}
+
+/// Trials of a model with several bases. Where one level is asked for, it is that of all parts.
 class BaseTrials {
  public:
     BaseTrials(EncoderInput& input, const RemeshResult& first, const EncodeOptions& options)
         : input_(input),
           options_(options),
           first_(first),
-          base_(first.parts[0].base.face_count()),
+          base_(base_faces_of(first)),
           levels_(first.parts[0].levels),
-          sharp_(!first.parts[0].creases.empty()),
+          same_levels_(has_same_levels(first)),
+          sharp_(is_sharp(first)),
           leaves_out_(leaves_out_a_level(first)) {}
 
     /// The best base's trial; best_steps() says which that is.
@@ -125,7 +140,7 @@ class BaseTrials {
         const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input_.mesh().positions.size()));
         const bool keeps_levels = faces <= base_ || faces * std::pow(4, levels_) / 2 <= most_vertices;
         if (steps != 0) remeshing.base_faces = static_cast<unsigned>(faces);
-        if (steps != 0 && faces > base_ && keeps_levels) remeshing.levels = static_cast<int>(levels_);
+        if (steps != 0 && faces > base_ && keeps_levels && same_levels_) remeshing.levels = static_cast<int>(levels_);
         // What is tried without its finest level has to have the levels that it is tried for.
         if (leaves_out_) remeshing.levels = static_cast<int>(keeps_levels ? levels_ : levels_ - 1);
         if (leaves_out) --remeshing.levels;
@@ -149,14 +164,15 @@ class BaseTrials {
     const EncodeOptions& options_;
     const RemeshResult& first_;
     const unsigned base_, levels_;
-    const bool sharp_, leaves_out_;
+    const bool same_levels_, sharp_, leaves_out_;
     double most_error_ = 0;
     int best_steps_ = 0;
 };
 
-bool tries_bases(const EncoderInput& input, const RemeshResult& first, const EncodeOptions& options) {
+bool tries_bases(const EncoderInput& input, const RemeshResult& first, const EncodeOptions& options, bool leaves_out) {
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
-    return !chosen && first.parts.size() == 1 && first.origins[0] == PartOrigin::Remeshed &&
+    const auto is_remeshed = [](PartOrigin origin) { return origin == PartOrigin::Remeshed; };
+    return !chosen && std::ranges::all_of(first.origins, is_remeshed) && (has_same_levels(first) || !leaves_out) &&
            input.mesh().positions.size() <= kMostToTry;
 }
 
@@ -164,7 +180,7 @@ bool tries_bases(const EncoderInput& input, const RemeshResult& first, const Enc
 Trial run_trials(EncoderInput& input, const EncodeOptions& options, bool leaves_out, RemeshResult& first) {
     const bool lazy = tries_lazy(input, first, options);
     constexpr TransformKind kLazy = TransformKind::SeededNormalLazy;
-    if (!tries_bases(input, first, options)) {
+    if (!tries_bases(input, first, options, leaves_out)) {
         const auto trial = [&](TransformKind transform) {
             return try_out(input, leaves_out ? coarser(first) : first, with(options, transform, options.threads));
         };

@@ -7,6 +7,7 @@
 
 #include "codec/decoder.h"
 #include "tests/support/meshes.h"
+#include "tests/support/models.h"
 #include "tests/support/shapes.h"
 
 namespace mvw {
@@ -62,6 +63,18 @@ TEST(BestDraft, OfManyVerticesHasTheLevelThatTrialsLeaveOut) {
     EXPECT_GT(out.psnr, 80);
     options.threads = 3;
     EXPECT_EQ(encoded(mesh, options).file, out.file);
+}
+
+TEST(BestDraft, SeveralPartsAreTriedWithSeveralBases) {
+    MVW_SKIP_WITHOUT_MODELS();
+    const Mesh mesh = clean_model("human.obj");
+    EncodeOptions options;
+    options.threads = 2;
+    RemeshResult first = remesh(mesh, remeshing_of(options));
+    ASSERT_EQ(first.parts.size(), 2u);
+    const auto input = EncoderInput::make(mesh, options.threads).value();
+    const double score_of_first = Draft::make(*input, std::move(first), options)->score();
+    EXPECT_GT(best_draft(*input, options)->score(), score_of_first + 0.3);
 }
 
 TEST(BestDraft, ColoursAndSeveralPartsPassThroughTrials) {
