@@ -13,9 +13,9 @@ namespace mvw {
 namespace {
 
 constexpr unsigned kSlideRounds = 8, kSnapRounds = 5, kFitRounds = 2;
-constexpr unsigned kSnapRoundsOfFine =
-    10;                                // where a cell of the grid is longer than triangles of the finest level, ...
-constexpr unsigned kLevelsOfFine = 4;  // ... which move by no more than themselves at a time
+// From so many levels on, triangles of the finest one, which move by no more than themselves a round, are shorter than a
+// cell of the grid.
+constexpr unsigned kFineLevels = 4, kSnapRoundsOfFine = 10;
 constexpr float kKept = 0.5f;          // of each tangential detail, a round
 constexpr double kMostLoss = 1.2;      // of the distance from the input, before to after sliding
 constexpr std::uint32_t kSamples = 5'000, kVertexStride = 4;
@@ -105,7 +105,7 @@ Adaptation::Snapped Adaptation::snap(unsigned bits, unsigned threads) const {
     params.transform = options_;
     const PartUnits units(mesh_.base, mesh_.creases, mesh_.materials, out.grid, params);
     const auto gap = [&](std::uint32_t v) { return coefficients[v] - units.origin(v); };
-    const unsigned rounds = mesh_.levels < kLevelsOfFine ? kSnapRounds : kSnapRoundsOfFine;
+    const unsigned rounds = mesh_.levels < kFineLevels ? kSnapRounds : kSnapRoundsOfFine;
     for (unsigned round = 0; round < rounds; ++round) {
         for (std::uint32_t v = 0; v < out.grid.size(); ++v) {
             if (fixed_[v] != 0) continue;

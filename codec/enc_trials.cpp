@@ -132,30 +132,33 @@ class BaseTrials {
     }
     [[nodiscard]] int best_steps() const { return best_steps_; }
 
-    /// How a file with a base so many steps from the first one is remeshed, or its trial.
-    [[nodiscard]] RemeshOptions remeshing_at(int steps, bool leaves_out) const {
+    /// How a file with a base so many steps from the first one is remeshed.
+    [[nodiscard]] RemeshOptions remeshing_at(int steps) const {
         RemeshOptions remeshing = remeshing_of(options_);
         remeshing.feature_angle_deg = first_.feature_angle_deg;
         const double faces = base_ * std::pow(sharp_ ? kBaseFactor : 1 / kBaseFactor, steps);
-        const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input_.mesh().positions.size()));
-        const bool keeps_levels = faces <= base_ || faces * std::pow(4, levels_) / 2 <= most_vertices;
         if (steps != 0) remeshing.base_faces = static_cast<unsigned>(faces);
-        if (steps != 0 && faces > base_ && keeps_levels && same_levels_) remeshing.levels = static_cast<int>(levels_);
-        // What is tried without its finest level has to have the levels that it is tried for.
-        if (leaves_out_) remeshing.levels = static_cast<int>(keeps_levels ? levels_ : levels_ - 1);
-        if (leaves_out) --remeshing.levels;
+        remeshing.levels = levels_with(faces);
         return remeshing;
     }
     [[nodiscard]] Trial trial(int steps, TransformKind transform, unsigned threads) const {
         const EncodeOptions silent = with(options_, transform, threads);
         if (steps == 0 && !leaves_out_) return try_out(input_, first_, silent);
-        RemeshOptions remeshing = remeshing_at(steps, leaves_out_);
+        RemeshOptions remeshing = remeshing_at(steps);
+        if (leaves_out_) --remeshing.levels;
         remeshing.threads = threads;
         remeshing.progress = {};
         return try_out(input_, remesh(input_.mesh(), remeshing), silent);
     }
 
  private:
+    /// Levels of a file over a base of so many faces; -1: as many as remeshing finds right.
+    [[nodiscard]] int levels_with(double faces) const {
+        const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input_.mesh().positions.size()));
+        const bool larger = faces > base_, keeps = !larger || faces * std::pow(4, levels_) / 2 <= most_vertices;
+        if (leaves_out_) return static_cast<int>(keeps ? levels_ : levels_ - 1);  // trials must know which is left out
+        return larger && keeps && same_levels_ ? static_cast<int>(levels_) : -1;
+    }
     [[nodiscard]] bool is_better(const Trial& trial, const Trial& than) const {
         return trial.draft && trial.remeshing_error <= most_error_ && trial.score >= than.score + kLeastGain;
     }
@@ -191,7 +194,7 @@ Trial run_trials(EncoderInput& input, const EncodeOptions& options, bool leaves_
     Trial best = trials.run();
     const int steps = trials.best_steps();
     if (lazy) best = better_transform(std::move(best), trials.trial(steps, kLazy, options.threads));
-    if (leaves_out && steps != 0) first = remesh(input.mesh(), trials.remeshing_at(steps, false));
+    if (leaves_out && steps != 0) first = remesh(input.mesh(), trials.remeshing_at(steps));
     return best;
 }
 
