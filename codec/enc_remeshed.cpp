@@ -25,7 +25,8 @@ constexpr double kLongestLeastBytes = 8192;
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
 constexpr unsigned kBudgets = 5;                    // sizes at which files are compared, ...
-constexpr double kLeastBudget = 1024;               // ... none below
+constexpr double kLeastBudget = 1024;               // ... none below, ...
+constexpr double kLeastBits = 0.2, kMostBits = 3;   // ... from and to, for each of the input's vertices
 constexpr unsigned kBudgetsOfScore = 4;             // of them: at the last one drafts of fewer levels are at their end
 constexpr std::size_t kMostSideBySide = 1'200'000;  // vertices of drafts that are made at the same time
 constexpr double kMostLost = 0.7;                   // dB of the whole file that better beginnings may cost, ...
@@ -221,8 +222,8 @@ class Beginnings {
     }
     /// Mean over the first `budgets` of kBudgets sizes, none below `floor` bytes.
     double mean(unsigned budgets, double floor = kLeastBudget) {
-        const double bits = double(input_.mesh().positions.size()) / 8;
-        const double least = std::max(floor, 0.2 * bits), most = std::max(2 * least, 3 * bits);
+        const double least = std::max(floor, least_beginning(input_));
+        const double most = std::max(2 * least, kMostBits / 8 * double(input_.mesh().positions.size()));
         double sum = 0;
         for (unsigned k = 0; k < budgets; ++k)
             sum += psnr_of_first(least * std::pow(most / least, double(k) / (kBudgets - 1)));
@@ -317,6 +318,10 @@ struct Draft::State {
         return quality_of(source.input, other->file, threads);
     }
 };
+
+double least_beginning(const EncoderInput& input) {
+    return std::max(kLeastBudget, kLeastBits / 8 * double(input.mesh().positions.size()));
+}
 
 Draft::Draft(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Draft::~Draft() = default;

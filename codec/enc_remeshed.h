@@ -14,6 +14,9 @@ struct BaseGrid {
     friend bool operator==(const BaseGrid&, const BaseGrid&) = default;
 };
 
+/// Bytes of the shortest beginning that matters: 0.2 bits for each of the input's vertices, at least 1 KB.
+double least_beginning(const EncoderInput& input);
+
 /// A remesh adapted to its surface (enc_adapt.h) and coded, so that remeshes can be compared before one is written.
 class Draft {
  public:

@@ -17,7 +17,10 @@ constexpr double kMostGrowth = 8;            // of vertices: so far, or up to fe
 constexpr unsigned kLeastLevels = 3;         // of parts whose finest one trials leave out
 constexpr double kLeastGain = 0.1;           // dB; less is chance
 constexpr double kMostLoss = 1.3;            // of the remeshing error, against that of the first base, ...
-constexpr double kSmallError = 6e-5;         // ... or what is small of the diagonal
+constexpr double kMostLossToShow = 1.6;      // ... where only this one shows something at the least size, ...
+constexpr double kSmallError = 6e-5;         // ... or against what is small of the diagonal
+constexpr double kFits = 0.93;               // of the least size, for a base together with the file's head
+constexpr double kBytesPower = 0.8;          // of its faces, with which a base's bytes grow
 constexpr double kErrorOfALevel = 2.5;       // by so much the error is larger where the finest level is left out
 constexpr double kBeyondBases = 1.5;         // times the bytes of bases, for transforms to differ
 constexpr double kFailed = -std::numeric_limits<double>::infinity();
@@ -34,6 +37,7 @@ struct Trial {
     std::optional<Draft> draft;
     TransformKind transform = {};
     double score = kFailed, remeshing_error = 0;
+    bool shows_early = false;
 };
 
 Trial try_out(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& options) {
@@ -44,6 +48,7 @@ Trial try_out(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& o
     trial.draft = std::move(*draft);
     trial.score = trial.draft->score();
     trial.remeshing_error = trial.draft->remeshing_error();
+    trial.shows_early = trial.draft->base_bytes() <= kFits * least_beginning(input);
     return trial;
 }
 
@@ -111,40 +116,42 @@ class BaseTrials {
           sharp_(is_sharp(first)),
           leaves_out_(leaves_out_a_level(first)) {}
 
-    /// The best base's trial; best_steps() says which that is.
+    /// The best base's trial; best_faces() says which that is.
     Trial run() {
         const TransformKind transform = options_.transform.kind;
+        const double step = sharp_ ? kBaseFactor : 1 / kBaseFactor;
         std::optional<Trial> first, second;
         side_by_side(
             options_.threads,  //
-            [&](unsigned threads) { first = trial(0, transform, threads); },
-            [&](unsigned threads) { second = trial(1, transform, threads); });
+            [&](unsigned threads) { first = trial(base_, transform, threads); },
+            [&](unsigned threads) { second = trial(base_ * step, transform, threads); });
         const double small = leaves_out_ ? kSmallError * kErrorOfALevel : kSmallError;
-        most_error_ = kMostLoss * std::max(first->remeshing_error, small);
+        error_ = std::max(first->remeshing_error, small);
         const bool onwards = is_better(*second, *first);
+        const double fitting = sharp_ ? faces_that_fit(*first, base_) : faces_that_fit(*second, base_ * step);
+        const double next = fitting > 0 ? fitting : onwards ? base_ * step * step : base_ / step;
         Trial best = std::move(onwards ? *second : *first);
         first.reset(), second.reset();  // memory
-        const int next = onwards ? 2 : -1;
         Trial third = trial(next, transform, options_.threads);
         const bool takes_third = is_better(third, best);
-        best_steps_ = takes_third ? next : onwards ? 1 : 0;
+        best_faces_ = takes_third ? next : onwards ? base_ * step : base_;
         return takes_third ? std::move(third) : std::move(best);
     }
-    [[nodiscard]] int best_steps() const { return best_steps_; }
+    [[nodiscard]] double best_faces() const { return best_faces_; }
+    [[nodiscard]] bool is_first(double faces) const { return faces == base_; }
 
-    /// How a file with a base so many steps from the first one is remeshed.
-    [[nodiscard]] RemeshOptions remeshing_at(int steps) const {
+    /// How a file with a base of so many faces is remeshed.
+    [[nodiscard]] RemeshOptions remeshing_with(double faces) const {
         RemeshOptions remeshing = remeshing_of(options_);
         remeshing.feature_angle_deg = first_.feature_angle_deg;
-        const double faces = base_ * std::pow(sharp_ ? kBaseFactor : 1 / kBaseFactor, steps);
-        if (steps != 0) remeshing.base_faces = static_cast<unsigned>(faces);
+        if (!is_first(faces)) remeshing.base_faces = static_cast<unsigned>(faces);
         remeshing.levels = levels_with(faces);
         return remeshing;
     }
-    [[nodiscard]] Trial trial(int steps, TransformKind transform, unsigned threads) const {
+    [[nodiscard]] Trial trial(double faces, TransformKind transform, unsigned threads) const {
         const EncodeOptions silent = with(options_, transform, threads);
-        if (steps == 0 && !leaves_out_) return try_out(input_, first_, silent);
-        RemeshOptions remeshing = remeshing_at(steps);
+        if (is_first(faces) && !leaves_out_) return try_out(input_, first_, silent);
+        RemeshOptions remeshing = remeshing_with(faces);
         if (leaves_out_) --remeshing.levels;
         remeshing.threads = threads;
         remeshing.progress = {};
@@ -152,6 +159,12 @@ class BaseTrials {
     }
 
  private:
+    /// Of a base that shows something at the least size, where this one does not but a step smaller reaches it; else 0.
+    [[nodiscard]] double faces_that_fit(const Trial& trial, double faces) const {
+        if (!trial.draft || trial.shows_early) return 0;
+        const double share = std::pow(kFits * least_beginning(input_) / trial.draft->base_bytes(), 1 / kBytesPower);
+        return share * kBaseFactor >= 1 ? share * faces : 0;
+    }
     /// Levels of a file over a base of so many faces; -1: as many as remeshing finds right.
     [[nodiscard]] int levels_with(double faces) const {
         const double most_vertices = std::max(kFewVertices, kMostGrowth * double(input_.mesh().positions.size()));
@@ -160,7 +173,8 @@ class BaseTrials {
         return larger && keeps && same_levels_ ? static_cast<int>(levels_) : -1;
     }
     [[nodiscard]] bool is_better(const Trial& trial, const Trial& than) const {
-        return trial.draft && trial.remeshing_error <= most_error_ && trial.score >= than.score + kLeastGain;
+        const double most_loss = trial.shows_early && !than.shows_early ? kMostLossToShow : kMostLoss;
+        return trial.draft && trial.remeshing_error <= most_loss * error_ && trial.score >= than.score + kLeastGain;
     }
 
     EncoderInput& input_;
@@ -168,8 +182,8 @@ class BaseTrials {
     const RemeshResult& first_;
     const unsigned base_, levels_;
     const bool same_levels_, sharp_, leaves_out_;
-    double most_error_ = 0;
-    int best_steps_ = 0;
+    double error_ = 0;  // of remeshing by default, or what is small
+    double best_faces_ = 0;
 };
 
 bool tries_bases(const EncoderInput& input, const RemeshResult& first, const EncodeOptions& options, bool leaves_out) {
@@ -192,9 +206,9 @@ Trial run_trials(EncoderInput& input, const EncodeOptions& options, bool leaves_
     }
     BaseTrials trials(input, first, options);
     Trial best = trials.run();
-    const int steps = trials.best_steps();
-    if (lazy) best = better_transform(std::move(best), trials.trial(steps, kLazy, options.threads));
-    if (leaves_out && steps != 0) first = remesh(input.mesh(), trials.remeshing_at(steps));
+    const double faces = trials.best_faces();
+    if (lazy) best = better_transform(std::move(best), trials.trial(faces, kLazy, options.threads));
+    if (leaves_out && !trials.is_first(faces)) first = remesh(input.mesh(), trials.remeshing_with(faces));
     return best;
 }
 

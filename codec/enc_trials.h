@@ -13,10 +13,11 @@ RemeshOptions remeshing_of(const EncodeOptions& options);
 ///
 /// Models remeshed by default, without parts that are not, of no more than 150,000 vertices (with parts of different
 /// levels: 65,536 at the finest) are tried with three bases: the one where decimation stops, one 1.6 times larger
-/// (sharp models) or smaller, and the next in the better direction. Models of so few vertices with sharp edges are
-/// tried without lifting, too, and are coded so unless that is worse: where parts are thinner than base faces, what
-/// lifting adds to coarse levels overshoots. All remeshed models are tried with three grids. options.threads: at least
-/// 1; any count gives the same draft. Errors as encode()'s.
+/// (sharp models) or smaller, and the next in the better direction. Where neither of the first two shows anything at
+/// the least size that matters, but one less than 1.6 times smaller would, that is the third. Models of so few vertices
+/// with sharp edges are tried without lifting, too, and are coded so unless that is worse: where parts are thinner than
+/// base faces, what lifting adds to coarse levels overshoots. All remeshed models are tried with three grids.
+/// options.threads: at least 1; any count gives the same draft. Errors as encode()'s.
 Result<Draft> best_draft(EncoderInput& input, const EncodeOptions& options);
 
 }  // namespace mvw

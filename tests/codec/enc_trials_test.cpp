@@ -77,6 +77,17 @@ TEST(BestDraft, SeveralPartsAreTriedWithSeveralBases) {
     EXPECT_GT(best_draft(*input, options)->score(), score_of_first + 0.3);
 }
 
+TEST(BestDraft, ABaseTooLargeForTheLeastSizeGetsSmaller) {
+    MVW_SKIP_WITHOUT_MODELS();
+    EncodeOptions options;
+    options.threads = 2;
+    const Encoded out = encoded(clean_model("demosthenes.obj"), options);
+    EXPECT_GT(out.base_faces, 800u);  // no smaller than it must be
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed(ByteSpan(out.file).first(1024)).ok());
+    EXPECT_TRUE(decoder.mesh().ok());
+}
+
 TEST(BestDraft, ColoursAndSeveralPartsPassThroughTrials) {
     Mesh mesh = join(wavy_torus(), moved(torus(40, 23), {4, 0, 0}));
     for (const Vec3& p : mesh.positions)
