@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <queue>
 
 #include "codec/measure/surface_index.h"
+#include "codec/remesh/crossings.h"
 #include "codec/remesh/density.h"
 #include "codec/remesh/parallel.h"
 
@@ -40,12 +42,14 @@ struct SelfParameterization::Strictness {
     double min_quality;  // of a triangle after the collapse: 1 equilateral, 0 degenerate
     double min_cosine;   // between a face's normals before and after
     double max_stretch;  // of the chart
+    bool may_cross;      // pass through other faces
 };
 
 namespace {
 
 constexpr double kRetryPrice = 10;
 constexpr std::size_t kMostRing = 64;  // of faces around an edge that collapses
+constexpr std::size_t kFewFaces = 30'000;  // where sheets begin to pass through each other, and a look costs little
 constexpr double kCornerDegrees = 50;
 constexpr double kLeastDensity = 1e-2, kMostDensity = 1e3;  // of the mean
 
@@ -146,7 +150,8 @@ bool SelfParameterization::reached(const DecimateOptions& options) const {
 }
 
 void SelfParameterization::sweep(const DecimateOptions& options) {
-    static constexpr Strictness kStrictness[] = {{12, 0.2, 0.3, 4}, {16, 0.08, 0.1, 8}, {kMostRing, 0.01, -0.2, 30}};
+    static constexpr Strictness kStrictness[] = {
+        {12, 0.2, 0.3, 4, false}, {16, 0.08, 0.1, 8, false}, {kMostRing, 0.01, -0.2, 30, true}};
     std::vector<Candidate> edges;
     Candidate c;
     for (std::uint32_t h = 0; h < mesh_.faces.size() * 3; ++h) {
@@ -156,6 +161,7 @@ void SelfParameterization::sweep(const DecimateOptions& options) {
     std::priority_queue<Candidate> queue({}, std::move(edges));
     const double all = static_cast<double>(mesh_.faces.size() - std::min(mesh_.faces.size(), options.target_faces));
     std::size_t reported = mesh_.live_faces();
+    std::optional<Crossings> crossings;
     while (!queue.empty() && !reached(options)) {
         c = queue.top();
         queue.pop();
@@ -169,7 +175,8 @@ void SelfParameterization::sweep(const DecimateOptions& options) {
                 continue;
             }
         }
-        if (!try_collapse(c, kStrictness[c.strictness])) {
+        if (!crossings && mesh_.live_faces() <= kFewFaces) crossings.emplace(mesh_);
+        if (!try_collapse(c, kStrictness[c.strictness], crossings ? &*crossings : nullptr)) {
             if (++c.strictness == std::size(kStrictness)) continue;
             c.cost *= kRetryPrice;
             queue.push(c);
@@ -229,7 +236,7 @@ double SelfParameterization::cost_of_tips(const Candidate& c) {
     return cost_of(c.from) + cost_of(c.to);
 }
 
-bool SelfParameterization::try_collapse(const Candidate& c, const Strictness& rules) {
+bool SelfParameterization::try_collapse(const Candidate& c, const Strictness& rules, Crossings* crossings) {
     if (!mesh_.can_collapse(c.h)) return false;
     const Collapse collapse = prepare(c);
     if (ring_.faces.size() > rules.max_ring) return false;
@@ -237,11 +244,13 @@ bool SelfParameterization::try_collapse(const Candidate& c, const Strictness& ru
     for (std::size_t k = 0; k < collapse.count; ++k) {
         const Vec3 position = collapse.tries[k];
         if (!keeps_shape(position, rules) || !flatten(mesh_, ring_, position, collapse.mode, limits, chart_)) continue;
+        if (crossings != nullptr && !rules.may_cross && crossings->get_more(ring_, position)) continue;
         record(collapse.mode);
         squared_error_ += collapse.quadric(position) - quadrics_[ring_.keep](mesh_.positions[ring_.keep]) -
                           quadrics_[ring_.remove](mesh_.positions[ring_.remove]);
         quadrics_[ring_.keep] = collapse.quadric;
         mesh_.collapse(ring_, position);
+        if (crossings != nullptr) crossings->collapsed(ring_);
         ++version_[ring_.keep], ++version_[ring_.remove];
         return true;
     }

@@ -16,6 +16,8 @@
 
 namespace mvw {
 
+class Crossings;
+
 /// A point on a triangle mesh: a face and barycentric weights over its corners, which sum to 1.
 struct FacePoint {
     std::uint32_t face = 0;
@@ -70,7 +72,7 @@ class SelfParameterization {
     void sweep(const DecimateOptions& options);
     [[nodiscard]] Collapse prepare(const Candidate& c);
     [[nodiscard]] double cost_of_tips(const Candidate& c);
-    [[nodiscard]] bool try_collapse(const Candidate& c, const Strictness& rules);
+    [[nodiscard]] bool try_collapse(const Candidate& c, const Strictness& rules, Crossings* crossings);
     [[nodiscard]] bool keeps_shape(const Vec3& position, const Strictness& rules) const;
     void record(CollapseMode mode);
     void to_input_serial(std::span<FacePoint> points) const;
