@@ -12,14 +12,18 @@ namespace mvw {
 /// one plane; rounding decides what is close to that.
 bool triangles_cross(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
+/// Says of a collapse whether it would lead faces through others. Faces that share an edge are not looked after, nor are
+/// those around the new vertex among themselves: folds are others' matter.
 class Crossings {
  public:
-    /// mesh: must outlive this. O(faces).
+    /// mesh: must outlive this. O(F log F).
     explicit Crossings(const CollapseMesh& mesh);
 
     /// Whether the triangles of `ring`, with its edge collapsed to `position`, pass through more faces than they do now.
+    /// O(log F) and the faces near by.
     [[nodiscard]] bool get_more(const EdgeRing& ring, const Vec3& position);
-    /// After mesh.collapse(ring, ...). Lays out a new tree each time that half of the faces are gone: O(log faces).
+    /// After mesh.collapse(ring, ...). Lays out a new tree each time that half of the faces are gone: O(log F)
+    /// a face.
     void collapsed(const EdgeRing& ring);
 
  private:

@@ -151,7 +151,7 @@ bool SelfParameterization::reached(const DecimateOptions& options) const {
 
 void SelfParameterization::sweep(const DecimateOptions& options) {
     static constexpr Strictness kStrictness[] = {
-        {12, 0.2, 0.3, 4, false}, {16, 0.08, 0.1, 8, false}, {kMostRing, 0.01, -0.2, 30, true}};
+        {12, 0.2, 0.3, 4, false}, {16, 0.08, 0.1, 8, true}, {kMostRing, 0.01, -0.2, 30, true}};
     std::vector<Candidate> edges;
     Candidate c;
     for (std::uint32_t h = 0; h < mesh_.faces.size() * 3; ++h) {
