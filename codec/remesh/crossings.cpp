@@ -6,7 +6,8 @@ namespace mvw {
 
 namespace {
 
-constexpr std::size_t kLeaf = 4;  // faces, or fewer
+constexpr std::size_t kLeaf = 4;      // faces, or fewer
+constexpr std::size_t kCrowd = 1000;  // faces near by: in such a tangle nothing stays apart, and looking takes long
 
 double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     return dot(cross(b - a, c - a), d - a);
@@ -123,7 +124,7 @@ void Crossings::widen_to(std::uint32_t face) {
     }
 }
 
-void Crossings::find_near(const EdgeRing& ring, const Box& box) {
+bool Crossings::find_near(const EdgeRing& ring, const Box& box) {
     near_.clear();
     const auto look_at = [&](std::uint32_t face) {
         const Face& f = mesh_.faces[face];
@@ -138,12 +139,14 @@ void Crossings::find_near(const EdgeRing& ring, const Box& box) {
         if (!meet(boxes_[node], box)) continue;
         if (end - begin <= kLeaf) {
             for (std::size_t k = begin; k < end; ++k) look_at(order_[k]);
+            if (near_.size() > kCrowd) return false;
             continue;
         }
         const std::size_t middle = (begin + end) / 2;
         stack_.push_back({2 * node + 1, begin, middle});
         stack_.push_back({2 * node + 2, middle, end});
     }
+    return true;
 }
 
 std::size_t Crossings::count(const Vec3& center, std::uint32_t a, std::uint32_t b) const {
@@ -165,7 +168,7 @@ std::size_t Crossings::count(const Vec3& center, std::uint32_t a, std::uint32_t 
 bool Crossings::get_more(const EdgeRing& ring, const Vec3& position) {
     Box box{position, position};
     for (const std::uint32_t v : ring.vertices) widen(box, mesh_.positions[v]);
-    find_near(ring, box);
+    if (!find_near(ring, box)) return false;
     const std::size_t n = ring.vertices.size();
     std::size_t after = 0, before = 0;
     for (std::size_t m = 0; m < ring.faces.size(); ++m)
@@ -173,7 +176,7 @@ bool Crossings::get_more(const EdgeRing& ring, const Vec3& position) {
     if (after == 0) return false;
     widen(box, mesh_.positions[ring.keep]);
     widen(box, mesh_.positions[ring.remove]);
-    find_near(ring, box);
+    if (!find_near(ring, box)) return false;
     for (std::size_t m = 0; m < ring.faces.size(); ++m) {
         const Vec3& center = mesh_.positions[ring.faces[m].center == 0 ? ring.keep : ring.remove];
         before += count(center, ring.vertices[m], ring.vertices[(m + 1) % n]);

@@ -12,15 +12,15 @@ namespace mvw {
 /// one plane; rounding decides what is close to that.
 bool triangles_cross(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
-/// Says of a collapse whether it would lead faces through others. Faces that share an edge are not looked after, nor are
-/// those around the new vertex among themselves: folds are others' matter.
+/// Says of a collapse whether it would lead faces through others. Faces that share an edge are not looked after, nor
+/// are those around the new vertex among themselves: folds are others' matter.
 class Crossings {
  public:
     /// mesh: must outlive this. O(F log F).
     explicit Crossings(const CollapseMesh& mesh);
 
-    /// Whether the triangles of `ring`, with its edge collapsed to `position`, pass through more faces than they do now.
-    /// O(log F) and the faces near by.
+    /// Whether the triangles of `ring`, with its edge collapsed to `position`, pass through more faces than they do
+    /// now. false where too many faces are near by to say. O(log F) and the faces near by.
     [[nodiscard]] bool get_more(const EdgeRing& ring, const Vec3& position);
     /// After mesh.collapse(ring, ...). Lays out a new tree each time that half of the faces are gone: O(log F)
     /// a face.
@@ -34,8 +34,8 @@ class Crossings {
     void sort(std::size_t node, std::size_t begin, std::size_t end);
     void widen_to(std::uint32_t face);
     [[nodiscard]] std::array<Vec3, 3> corners(std::uint32_t face) const;
-    /// Into near_: the faces outside the ring whose boxes meet this one.
-    void find_near(const EdgeRing& ring, const Box& box);
+    /// Into near_: the faces outside the ring whose boxes meet this one. false: a crowd, near_ is not complete.
+    [[nodiscard]] bool find_near(const EdgeRing& ring, const Box& box);
     /// How many of near_ the triangle of `center` and the mesh's vertices a and b passes through.
     [[nodiscard]] std::size_t count(const Vec3& center, std::uint32_t a, std::uint32_t b) const;
 

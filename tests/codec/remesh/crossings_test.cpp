@@ -80,6 +80,29 @@ TEST(Crossings, AgreesWithAllPairsWhileAMeshIsCollapsedAtRandom) {
     EXPECT_LT(mesh.live_faces(), 336u);  // half of all, so that the tree was laid out anew
 }
 
+/// Collapses refused among the first ones of a torus whose vertices lie anywhere in a cube.
+std::size_t refused_in_tangle(unsigned around, unsigned across) {
+    Mesh tangle = torus(around, across);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> anywhere(0, 1);
+    for (Vec3& p : tangle.positions) p = {anywhere(random), anywhere(random), anywhere(random)};
+    CollapseMesh mesh(tangle, {});
+    Crossings crossings(mesh);
+    EdgeRing ring;
+    std::size_t refused = 0;
+    for (std::uint32_t h = 0; h < 300; ++h) {
+        if (!mesh.can_collapse(h)) continue;
+        mesh.ring(h, mesh.from(h), ring);
+        refused += crossings.get_more(ring, {2, 2, 2}) ? 1 : 0;
+    }
+    return refused;
+}
+
+TEST(Crossings, LeavesATangleOfManyFacesAlone) {
+    EXPECT_GT(refused_in_tangle(24, 14), 20u);
+    EXPECT_EQ(refused_in_tangle(120, 60), 0u);
+}
+
 TEST(Crossings, DecimationKeepsThinSheetsApart) {
     // A wavy sheet with a back: base triangles are longer than the waves, and much longer than it is thick.
     Mesh mesh = icosphere(5);
