@@ -266,36 +266,73 @@ bool run_together(const Soup& soup, std::uint32_t g, std::uint32_t h) {
     return origin(ids, g) == origin(ids, h);
 }
 
-/// Which faces to reverse so that sewn faces agree, breadth first; sides whose faces cannot agree are opened.
+constexpr std::uint8_t kUnseen = 2;
+
+/// A component as it was gone through from one face.
+struct Turns {
+    std::vector<std::uint32_t> faces;  // in the order they were met
+    std::vector<std::uint32_t> cuts;   // one side of each edge whose faces cannot agree
+};
+
+/// Says in `turned` which faces of the seed's component to reverse so that sewn faces agree, breadth first; as_given:
+/// through all edges whose faces agree already before any other, so that cuts lie where the input turns over.
+Turns spread_turns(const Soup& soup, std::uint32_t seed, bool as_given, std::vector<std::uint8_t>& turned) {
+    Turns out;
+    out.faces.push_back(seed);
+    turned[seed] = 0;
+    std::vector<std::uint32_t> later;
+    const auto cross_side = [&](std::uint32_t h, bool together) {
+        const std::uint32_t mate = soup.mates[h];
+        const std::uint8_t wanted = turned[h / 3] ^ static_cast<std::uint8_t>(together);
+        if (turned[mate / 3] == kUnseen) {
+            turned[mate / 3] = wanted;
+            out.faces.push_back(mate / 3);
+        } else if (turned[mate / 3] != wanted && h < mate) {
+            out.cuts.push_back(h);
+        }
+    };
+    for (std::size_t i = 0, k = 0; i < out.faces.size() || k < later.size();) {
+        if (i == out.faces.size()) {
+            cross_side(later[k++], true);
+            continue;
+        }
+        const std::uint32_t f = out.faces[i++];
+        for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+            if (soup.mates[h] == kNone) continue;
+            const bool together = run_together(soup, h, soup.mates[h]);
+            if (together && as_given)
+                later.push_back(h);
+            else
+                cross_side(h, together);
+        }
+    }
+    return out;
+}
+
+/// Which faces to reverse so that sewn faces agree; sides whose faces cannot agree are opened, few rather than many.
 std::vector<std::uint8_t> choose_turns(Soup& soup, CleanReport& report) {
-    constexpr std::uint8_t kUnseen = 2;
     std::vector<std::uint8_t> turned(soup.mesh.faces.size(), kUnseen);
-    std::vector<std::uint32_t> part;  // faces of the component in the order they were met
     for (std::uint32_t seed = 0; seed < soup.face_count(); ++seed) {
         if (turned[seed] != kUnseen) continue;
-        part.assign(1, seed);
-        turned[seed] = 0;
-        std::size_t turns = 0;
-        for (std::size_t i = 0; i < part.size(); ++i) {
-            turns += turned[part[i]];
-            for (std::uint32_t h = 3 * part[i]; h < 3 * part[i] + 3; ++h) {
-                const std::uint32_t mate = soup.mates[h];
-                if (mate == kNone) continue;
-                const std::uint8_t wanted = turned[part[i]] ^ static_cast<std::uint8_t>(run_together(soup, h, mate));
-                if (turned[mate / 3] == kUnseen) {
-                    turned[mate / 3] = wanted;
-                    part.push_back(mate / 3);
-                } else if (turned[mate / 3] != wanted) {
-                    soup.open(h);
-                    ++report.cut_edges;
-                }
-            }
+        Turns turns = spread_turns(soup, seed, true, turned);
+        if (!turns.cuts.empty()) {
+            // Large parts that lie the wrong way and touch others rightly in a few places are better turned.
+            std::vector<std::uint8_t> as_given;
+            for (const std::uint32_t f : turns.faces) as_given.push_back(std::exchange(turned[f], kUnseen));
+            Turns nearest = spread_turns(soup, seed, false, turned);
+            if (nearest.cuts.size() < turns.cuts.size())
+                turns = std::move(nearest);
+            else
+                for (std::size_t i = 0; i < as_given.size(); ++i) turned[turns.faces[i]] = as_given[i];
         }
-        if (2 * turns > part.size()) {
-            for (const std::uint32_t f : part) turned[f] ^= 1;
-            turns = part.size() - turns;
-        }
-        report.turned_faces += turns;
+        for (const std::uint32_t h : turns.cuts) soup.open(h);
+        report.cut_edges += turns.cuts.size();
+        const auto reversed = static_cast<std::size_t>(
+            std::count_if(turns.faces.begin(), turns.faces.end(), [&](std::uint32_t f) { return turned[f] != 0; }));
+        const bool most = 2 * reversed > turns.faces.size();
+        if (most)
+            for (const std::uint32_t f : turns.faces) turned[f] ^= 1;
+        report.turned_faces += most ? turns.faces.size() - reversed : reversed;
     }
     return turned;
 }

@@ -30,9 +30,9 @@ struct CleanReport {
 };
 
 /// Welds, drops degenerate and duplicate faces, splits non-manifold edges and vertices, orients each component
-/// (majority of its faces keeps its turn), cuts what cannot be oriented. The result is an oriented manifold, possibly
-/// with boundary: is_clean_manifold() holds. Vertices and faces keep their order: a clean mesh of
-/// distinct positions comes back unchanged.
+/// (majority of its faces keeps its turn), cuts what cannot be oriented, if it can where the input turns over. The
+/// result is an oriented manifold, possibly with boundary: is_clean_manifold() holds. Vertices and faces keep their
+/// order: a clean mesh of distinct positions comes back unchanged.
 ///
 /// Welding sews sides of faces that lie at bit-equal positions. Where the indices already close the surface around a
 /// vertex they are believed: two such vertices at one position stay two, and faces that are flat between them stay.

@@ -193,6 +193,52 @@ TEST(Clean, WhatCannotBeOrientedIsCutOpen) {
     EXPECT_EQ(topology_of(out), (Topology{1, 1, 0}));  // a strip
 }
 
+/// A sheet of n x n squares whose left side a long band of `quads` joins to its right side with half a twist.
+Mesh sheet_with_twisted_band(unsigned n, unsigned quads) {
+    Mesh mesh = grid_mesh(n);
+    const std::uint32_t left = n / 2 * (n + 1), right = left + n;
+    std::array<std::uint32_t, 2> last{left, left + n + 1};
+    for (unsigned q = 1; q <= quads; ++q) {
+        std::array<std::uint32_t, 2> next{right + n + 1, right};
+        if (q < quads) {
+            next[0] = static_cast<std::uint32_t>(mesh.positions.size());
+            next[1] = next[0] + 1;
+            for (const double z : {1.0, 2.0}) mesh.positions.push_back({static_cast<double>(q) / quads, 0.5, z});
+        }
+        mesh.faces.push_back({last[0], last[1], next[1]});
+        mesh.faces.push_back({last[0], next[1], next[0]});
+        last = next;
+    }
+    return mesh;
+}
+
+TEST(Clean, CutsLieWhereTheInputTurnsOver) {
+    Mesh mesh = sheet_with_twisted_band(12, 40);
+    std::ranges::rotate(mesh.faces, mesh.faces.end() - 40);  // first from the band's middle: into both sides at once
+    CleanReport report;
+    const Mesh out = cleaned(mesh, &report);
+    EXPECT_EQ(report.cut_edges, 1u);
+    EXPECT_EQ(report.turned_faces, 0u);
+    EXPECT_EQ(out.faces.size(), mesh.faces.size());
+}
+
+TEST(Clean, LargePartsThatLieTheWrongWayAreTurnedNotCutOff) {
+    Mesh mesh = sheet_with_twisted_band(12, 40);
+    std::size_t turned = 0;
+    for (std::size_t f = 0; f < 2 * 12 * 12; ++f) {
+        Vec3 sum;
+        for (const std::uint32_t v : mesh.faces[f]) sum += mesh.positions[v];
+        if (sum.x / 3 < 0.7) continue;
+        std::swap(mesh.faces[f][0], mesh.faces[f][2]);
+        ++turned;
+    }
+    CleanReport report;
+    cleaned(mesh, &report);
+    EXPECT_EQ(report.cut_edges, 1u);
+    EXPECT_GE(report.turned_faces, turned);
+    EXPECT_LE(report.turned_faces, turned + 2 * 40);  // the cut lies somewhere on the band
+}
+
 TEST(Clean, CoincidentVerticesOfAClosedSurfaceStayApart) {
     // A sphere with one edge shrunk to a point: still a sphere, with the same indices.
     Mesh mesh = icosphere(2);
