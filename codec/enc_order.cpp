@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
+#include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "codec/enc_attributes.h"
@@ -19,7 +22,6 @@ constexpr double kFewestBytes = 64;  // of a chunk, however early in the file
 struct Run {
     std::size_t part, block, first, last;
     double bytes = kHeadBytes, gain = 0;
-    bool sent = false;
 
     [[nodiscard]] double slope() const { return gain / bytes; }
 };
@@ -70,38 +72,30 @@ std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t 
     return runs;
 }
 
-class Orderer {
+/// Makes chunks of coded parts, in no particular order but for the bases.
+class Planner {
  public:
-    Orderer(const std::vector<CodedPart>& parts, const OrderOptions& options)
-        : parts_(parts), options_(options), described_(parts.size(), 0) {
-        error_ = options.floor;
-        const std::vector<double> before = bytes_before_planes(parts, options.layers);
-        for (std::size_t part = 0; part < parts.size(); ++part) {
-            error_ += parts[part].rounding * options.area_share[part];
-            runs_.emplace_back();
-            for (std::size_t b = 0; b < parts[part].blocks.size(); ++b) {
-                runs_.back().push_back(runs_of(parts[part].blocks[b], part, b, before, options));
-                for (const Run& run : runs_.back().back()) error_ += surface_gain(run);
-            }
-        }
-    }
+    Planner(const std::vector<CodedPart>& parts, const OrderOptions& options) : parts_(parts), options_(options) {}
 
     std::vector<PlannedChunk> run() {
-        send_bases();
-        std::vector<Run*> order;
-        for (auto& blocks : runs_)
-            for (auto& runs : blocks)
-                for (Run& run : runs) order.push_back(&run);
-        std::stable_sort(order.begin(), order.end(),
-                         [](const Run* a, const Run* b) { return a->slope() > b->slope(); });
-        for (Run* run : order) send(*run);
-        for (std::size_t part = 0; part < parts_.size(); ++part)  // such as need no coefficients
+        add_bases();
+        const std::vector<double> before = bytes_before_planes(parts_, options_.layers);
+        double error = options_.floor;
+        for (std::size_t part = 0; part < parts_.size(); ++part) {
+            error += parts_[part].rounding * options_.area_share[part];
             if (!parts_[part].attributes.empty()) describe_attributes(part);
+            for (std::size_t b = 0; b < parts_[part].blocks.size(); ++b)
+                for (const Run& run : runs_of(parts_[part].blocks[b], part, b, before, options_)) {
+                    add(run);
+                    if (out_.back().id.channel == Channel::Geometry) error += run.gain;
+                }
+        }
+        for (std::size_t part = 0; part < parts_.size(); ++part) out_[part].error = error;
         return std::move(out_);
     }
 
  private:
-    void send_bases() {
+    void add_bases() {
         std::vector<std::size_t> order(parts_.size());
         std::iota(order.begin(), order.end(), std::size_t{0});
         std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -111,58 +105,39 @@ class Orderer {
             PlannedChunk& chunk = out_.emplace_back();
             chunk.id.part = static_cast<std::uint16_t>(part);
             chunk.payload = write_base(parts_[part].base, parts_[part].mesh, parts_[part].params);
-            chunk.error = error_;
         }
     }
 
-    [[nodiscard]] const CodedBlock& block_of(const Run& run) const { return parts_[run.part].blocks[run.block]; }
-    /// What a run lowers the surface error by: attributes leave it as it is.
-    [[nodiscard]] double surface_gain(const Run& run) const {
-        return block_of(run).channel == Channel::Geometry ? run.gain : 0;
-    }
-    [[nodiscard]] unsigned lowest_plane(const Run& run) const { return block_of(run).planes.planes[run.last].plane; }
-
-    /// The run, behind what it builds on: higher planes of its block, and those of the parent above its lowest plane.
-    void send(Run& run) {
-        if (run.sent) return;
-        run.sent = true;
-        for (Run& earlier : runs_[run.part][run.block])
-            if (earlier.last < run.first) send(earlier);
-        const CodedBlock& block = block_of(run);
-        bool needs_parent = false;
-        if (has_parents(parts_[run.part], block.level))
-            for (Run& above : runs_[run.part][run.block - 1])
-                if (block_of(above).planes.planes[above.first].plane > lowest_plane(run)) {
-                    needs_parent = true;
-                    send(above);
-                }
-        write(run, needs_parent);
-    }
-
-    /// What a part's attributes are comes before the first chunk of one.
+    /// What a part's attributes are.
     void describe_attributes(std::size_t part) {
-        if (std::exchange(described_[part], std::uint8_t{1}) != 0) return;
         PlannedChunk& chunk = out_.emplace_back();
         chunk.id.part = static_cast<std::uint16_t>(part);
         chunk.id.channel = Channel::Attributes;
         chunk.payload = write_attributes(parts_[part].attributes);
-        chunk.error = std::max(error_, 0.0);
     }
 
-    void write(const Run& run, bool needs_parent) {
-        const CodedBlock& block = block_of(run);
-        if (block.channel != Channel::Geometry) describe_attributes(run.part);
-        error_ -= surface_gain(run);
-        PlannedChunk& chunk = out_.emplace_back();
-        chunk.id = {static_cast<std::uint16_t>(run.part), block.tile, block.level,
-                    static_cast<std::uint8_t>(options_.layers - 1 - lowest_plane(run)), block.channel};
-        chunk.error = std::max(error_, 0.0);
-        ByteWriter out;
-        write_geometry_front(out, {0, block.planes.planes[run.first].plane, run.first == 0, needs_parent});
+    /// Whether planes down to `lowest` are coded in sight of planes of the level above.
+    [[nodiscard]] static bool needs_parent(const CodedPart& part, std::size_t block, unsigned lowest) {
+        if (!has_parents(part, part.blocks[block].level)) return false;
+        const auto& above = part.blocks[block - 1].planes.planes;
+        return !above.empty() && above.front().plane > lowest;
+    }
+
+    void add(const Run& run) {
         const CodedPart& part = parts_[run.part];
+        const CodedBlock& block = part.blocks[run.block];
+        PlannedChunk& chunk = out_.emplace_back();
+        chunk.top_plane = block.planes.planes[run.first].plane;
+        chunk.lowest_plane = block.planes.planes[run.last].plane;
+        chunk.needs_parent = needs_parent(part, run.block, chunk.lowest_plane);
+        chunk.gain = run.gain;
+        chunk.id = {static_cast<std::uint16_t>(run.part), block.tile, block.level,
+                    static_cast<std::uint8_t>(options_.layers - 1 - chunk.lowest_plane), block.channel};
+        ByteWriter out;
+        write_geometry_front(out, {0, chunk.top_plane, run.first == 0, chunk.needs_parent});
         if (part.params.fast) {
-            out.bytes(pack_planes(block.planes.entries, components_of(part, block.channel),
-                                  block.planes.planes[run.first].plane, lowest_plane(run)));
+            out.bytes(pack_planes(block.planes.entries, components_of(part, block.channel), chunk.top_plane,
+                                  chunk.lowest_plane));
         }
         for (std::size_t p = run.first; p <= run.last && !part.params.fast; ++p) {
             const Bytes& bytes = block.planes.planes[p].bytes;
@@ -174,16 +149,79 @@ class Orderer {
 
     const std::vector<CodedPart>& parts_;
     const OrderOptions& options_;
-    std::vector<std::vector<std::vector<Run>>> runs_;  // part, block
-    std::vector<std::uint8_t> described_;              // of each part, once its Attributes chunk is there
     std::vector<PlannedChunk> out_;
-    double error_ = 0;
+};
+
+/// Sends chunks by falling slope, each behind what it builds on.
+class Sorter {
+ public:
+    explicit Sorter(std::vector<PlannedChunk>& plan) : plan_(plan), sent_(plan.size(), 0) {
+        for (std::size_t i = 0; i < plan.size(); ++i) blocks_[block_of(plan[i].id, plan[i].id.level)].push_back(i);
+        for (auto& [block, chunks] : blocks_)
+            std::ranges::sort(chunks, {}, [&](std::size_t i) { return plan[i].id.layer; });
+    }
+
+    std::vector<PlannedChunk> run() {
+        std::vector<std::pair<double, std::size_t>> order;
+        for (std::size_t i = 0; i < plan_.size(); ++i) {
+            if (plan_[i].id.channel == Channel::Base)
+                send(i);
+            else
+                order.emplace_back(plan_[i].gain / (kHeadBytes + static_cast<double>(plan_[i].payload.size())), i);
+        }
+        std::ranges::stable_sort(order, std::ranges::greater{}, &std::pair<double, std::size_t>::first);
+        for (const auto& [slope, i] : order) send(i);
+        return std::move(out_);
+    }
+
+ private:
+    using Block = std::tuple<std::uint16_t, Channel, std::uint16_t, unsigned>;
+    static Block block_of(const ChunkId& id, unsigned level) { return {id.part, id.channel, id.tile, level}; }
+
+    /// A block's chunks as long as they are `wanted`.
+    template <typename Wanted>
+    void send_first(const Block& block, Wanted wanted) {
+        for (const std::size_t i : blocks_[block]) {
+            if (!wanted(plan_[i])) return;
+            send(i);
+        }
+    }
+
+    void send(std::size_t i) {
+        if (std::exchange(sent_[i], std::uint8_t{1}) != 0) return;
+        const ChunkId id = plan_[i].id;
+        const unsigned lowest = plan_[i].lowest_plane;
+        const auto any = [](const PlannedChunk&) { return true; };
+        if (id.channel == Channel::Color || (id.channel >= Channel::FirstField && id.channel <= Channel::LastField))
+            send_first({id.part, Channel::Attributes, 0, 0}, any);
+        send_first(block_of(id, id.level), [&](const PlannedChunk& c) { return c.lowest_plane > lowest; });
+        if (plan_[i].needs_parent)
+            send_first(block_of(id, id.level - 1u), [&](const PlannedChunk& c) { return c.top_plane > lowest; });
+        out_.push_back(std::move(plan_[i]));
+    }
+
+    std::vector<PlannedChunk>& plan_;
+    std::map<Block, std::vector<std::size_t>> blocks_;  // layers rising
+    std::vector<std::uint8_t> sent_;
+    std::vector<PlannedChunk> out_;
 };
 
 }  // namespace
 
 std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, const OrderOptions& options) {
-    return Orderer(parts, options).run();
+    std::vector<PlannedChunk> plan = Planner(parts, options).run();
+    sort_chunks(plan);
+    return plan;
+}
+
+void sort_chunks(std::vector<PlannedChunk>& plan) {
+    if (plan.empty()) return;
+    double error = plan.front().error;  // of the bases alone
+    plan = Sorter(plan).run();
+    for (PlannedChunk& chunk : plan) {
+        if (chunk.id.channel == Channel::Geometry) error -= chunk.gain;
+        chunk.error = std::max(error, 0.0);
+    }
 }
 
 }  // namespace mvw

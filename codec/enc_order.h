@@ -12,7 +12,10 @@ namespace mvw {
 struct PlannedChunk {
     ChunkId id;
     Bytes payload;
+    double gain = 0;   // estimate of what it takes off the mean squared error, of the surface or of its attribute
     double error = 0;  // estimate of the mean squared surface error once it and all before it are there
+    unsigned top_plane = 0, lowest_plane = 0;  // of the block, that it holds
+    bool needs_parent = false;                 // planes of the parent above lowest_plane come first
 };
 
 struct OrderOptions {
@@ -25,5 +28,9 @@ struct OrderOptions {
 
 /// Bases first, small ones before large ones. Then every plane of every block.
 std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, const OrderOptions& options);
+
+/// Brings a plan's chunks in the order of their gains a byte, each behind what it builds on, and says their errors
+/// anew. Bases stay in front.
+void sort_chunks(std::vector<PlannedChunk>& plan);
 
 }  // namespace mvw

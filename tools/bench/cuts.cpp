@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <optional>
 
 #include "codec/decoder.h"
 #include "codec/encoder.h"
@@ -15,7 +17,8 @@ namespace mvw::bench {
 namespace {
 
 constexpr std::uint32_t kSamples = 50'000;
-constexpr double kSame = 0.01;  // dB
+constexpr double kSame = 0.01;     // dB
+constexpr double kLongStep = 1.0;  // dB, between neighbours that are not all there is
 
 std::size_t end_of_bases(ByteSpan file) {
     const FileHeader header = read_header(file).value();
@@ -45,15 +48,29 @@ void summarize(Cuts& cuts) {
 
 Cuts cut(const Mesh& mesh, ByteSpan file, std::size_t count, std::uint32_t samples) {
     Cuts cuts;
-    const auto first = static_cast<double>(end_of_bases(file)), ratio = static_cast<double>(file.size()) / first;
     SurfaceErrorOptions options;
     options.samples = samples;
+    const auto measured = [&](std::size_t bytes) -> std::optional<RatePoint> {
+        const Result<Mesh> prefix = decode(file.first(bytes));
+        if (!prefix.ok() || !measurable(*prefix)) return std::nullopt;
+        return RatePoint{bytes, surface_error(mesh, *prefix, options).psnr, "prefix"};
+    };
+    // The points up to and with `to`; where they climb by much, those half-way, too.
+    const std::function<void(const RatePoint&)> climb_to = [&](const RatePoint& to) {
+        while (!cuts.points.empty()) {
+            const RatePoint from = cuts.points.back();
+            if (to.psnr <= from.psnr + kLongStep || to.bytes <= from.bytes + 1) break;
+            const auto between = measured((from.bytes + to.bytes) / 2);
+            if (!between) break;
+            climb_to(*between);
+        }
+        cuts.points.push_back(to);
+    };
+    const auto first = static_cast<double>(end_of_bases(file)), ratio = static_cast<double>(file.size()) / first;
     for (std::size_t k = 0; k < count; ++k) {
         const double share = static_cast<double>(k) / static_cast<double>(count - 1);
         const auto bytes = std::min(file.size(), static_cast<std::size_t>(std::ceil(first * std::pow(ratio, share))));
-        const Result<Mesh> prefix = decode(file.first(bytes));
-        if (!prefix.ok() || !measurable(*prefix)) continue;
-        cuts.points.push_back({bytes, surface_error(mesh, *prefix, options).psnr, "prefix"});
+        if (const auto point = measured(bytes)) climb_to(*point);
     }
     summarize(cuts);
     return cuts;

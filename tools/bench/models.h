@@ -13,8 +13,8 @@ struct ModelsOptions {
     std::string folder;             // its meshes (also .zst-packed ones), and those of its subfolders but `tiny`
     std::string out;                // gets models.csv, models.md, and per model NAME.mvw and NAME.png
     std::vector<std::string> only;  // names without folder and ending; empty: all
-    std::vector<std::string> encode_extra;  // further arguments for `mvw encode`
-    bool pictures = true;
+    std::vector<std::string> encode_extra;             // further arguments for `mvw encode`
+    bool pictures = true;                              // without them backs are not counted either (backs.h)
     std::function<void(const std::string& line)> say;  // one line per model as it is done
 };
 

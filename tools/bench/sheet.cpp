@@ -10,6 +10,7 @@
 #include "codec/mesh/clean.h"
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
+#include "tools/bench/backs.h"
 
 namespace mvw::bench {
 namespace {
@@ -106,8 +107,16 @@ Result<Inspection> inspect(const std::string& input_file, const std::string& mvw
             result.topology_trouble =
                 fmt::format("level {} has {} instead of {}", k, describe(t), describe(result.topology));
         }
-    if (!sheet.empty())
-        if (auto drawn = draw_sheet(input, *levels, sheet); !drawn) return drawn.error();
+    if (sheet.empty()) return result;
+    const auto backs = count_backs(input.mesh);
+    if (!backs) return backs.error();
+    result.input_backs = *backs;
+    for (const LevelView& level : *levels) {
+        const auto count = count_backs(level.mesh);
+        if (!count) return count.error();
+        result.backs.push_back(*count);
+    }
+    if (auto drawn = draw_sheet(input, *levels, sheet); !drawn) return drawn.error();
     return result;
 }
 

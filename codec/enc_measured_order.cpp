@@ -1,0 +1,88 @@
+#include "codec/enc_measured_order.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "codec/container/crc32c.h"
+#include "codec/decoder.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr std::uint32_t kSamples = 10'000, kVertexStride = 30;
+constexpr double kLeastError = 1e-15;  // mean squared, that is measured
+constexpr unsigned kMostRounds = 4;
+constexpr double kLeastBetter = 0.01;          // dB in the mean, of a round worth another
+constexpr double kLeastGain = 0.05;            // of its estimate, that a chunk keeps whatever is measured
+constexpr std::size_t kMostWork = 20'000'000;  // vertices measured in a round
+
+/// What a plan's beginnings decode to.
+struct Course {
+    std::vector<double> errors;  // mean squared, after each chunk; 1 before all bases are there
+    double score = 0;            // mean PSNR over the logarithm of the bytes, from the bases to the end
+};
+
+Course follow(const EncoderInput& input, ByteSpan file, const std::vector<PlannedChunk>& plan, unsigned threads) {
+    Course course;
+    Decoder decoder;
+    (void)decoder.feed_header(file).ok();
+    double bytes = 0, error = 1, sum = 0, weight = 0;
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+        const PlannedChunk& chunk = plan[i];
+        (void)decoder.feed_chunk(chunk.id, chunk.payload, crc32c(chunk.payload)).ok();
+        const double bytes_before = std::exchange(bytes, bytes + double(chunk.payload.size())), error_before = error;
+        const bool is_base = chunk.id.channel == Channel::Base;
+        const bool last_base = is_base && (i + 1 == plan.size() || plan[i + 1].id.channel != Channel::Base);
+        if (last_base || chunk.id.channel == Channel::Geometry)
+            if (const Result<Mesh> mesh = decoder.mesh(); mesh.ok() && measurable(*mesh)) {
+                const double rms = input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
+                error = std::max(rms * rms, kLeastError);
+            }
+        course.errors.push_back(error);
+        if (is_base) continue;
+        const double width = std::log(bytes / bytes_before);
+        sum -= 5 * (std::log10(error_before) + std::log10(error)) * width;
+        weight += width;
+    }
+    course.score = weight > 0 ? sum / weight : 0;
+    return course;
+}
+
+/// Gains as measured; those of attributes change as do those of the geometry before them, to stay beside it.
+void correct_gains(const Course& course, std::vector<PlannedChunk>& plan) {
+    double ratio = 1;
+    for (std::size_t i = 1; i < plan.size(); ++i) {
+        PlannedChunk& chunk = plan[i];
+        if (chunk.id.channel == Channel::Geometry && chunk.gain > 0)
+            ratio = std::max((course.errors[i - 1] - course.errors[i]) / chunk.gain, kLeastGain);
+        if (chunk.id.channel != Channel::Base) chunk.gain *= ratio;
+    }
+    const auto last_base =
+        std::ranges::find_if(plan, [](const PlannedChunk& c) { return c.id.channel != Channel::Base; });
+    plan.front().error = course.errors[static_cast<std::size_t>(last_base - plan.begin()) - 1];
+}
+
+}  // namespace
+
+void order_by_measure(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan,
+                      const EncodeOptions& options) {
+    std::size_t vertices = 0;
+    const FileHeader header = *read_header(file);
+    for (const PartInfo& p : header.parts)
+        vertices += vertices_at_level(p.base_vertices, p.base_edges, p.base_faces, p.levels);
+    if (vertices * plan.size() > kMostWork) return;
+    Course course = follow(input, file, plan, options.threads);
+    for (unsigned round = 0; round < kMostRounds; ++round) {
+        std::vector<PlannedChunk> other = plan;
+        correct_gains(course, other);
+        sort_chunks(other);
+        Course now = follow(input, file, other, options.threads);
+        if (now.score < course.score + kLeastBetter) return;
+        plan = std::move(other);
+        course = std::move(now);
+    }
+}
+
+}  // namespace mvw
