@@ -61,6 +61,7 @@ TEST(SortChunks, SaysWhatErrorIsLeft) {
     plan[0].error = 10;
     sort_chunks(plan);
     std::vector<double> errors;
+    errors.reserve(plan.size());
     for (const PlannedChunk& c : plan) errors.push_back(c.error);
     EXPECT_EQ(errors, (std::vector<double>{10, 6, 6, 4}));
 }
