@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "codec/enc_curves.h"
+#include "codec/remesh/coarse_grid.h"
 #include "codec/remesh/drift.h"
+#include "codec/remesh/fit.h"
 #include "codec/remesh/resample.h"
 #include "codec/remesh/settle.h"
 
@@ -13,11 +16,13 @@ namespace mvw {
 namespace {
 
 constexpr unsigned kSlideRounds = 8, kSnapRounds = 5, kFitRounds = 2;
-// From so many levels on, triangles of the finest one, which move by no more than themselves a round, are shorter than a
-// cell of the grid.
+// From so many levels on, triangles of the finest one, which move by no more than themselves a round, are shorter than
+// a cell of the grid.
 constexpr unsigned kFineLevels = 4, kSnapRoundsOfFine = 10;
-constexpr float kKept = 0.5f;          // of each tangential detail, a round
-constexpr double kMostLoss = 1.2;      // of the distance from the input, before to after sliding
+constexpr float kKept = 0.5f;         // of each tangential detail, a round
+constexpr double kMostOfEdge = 0.25;  // of the shortest edge at a vertex that leads others: its step
+constexpr double kSamplesOfLeader = 12;
+constexpr double kMostLoss = 1.2;  // of the distance from the input, before to after sliding
 constexpr std::uint32_t kSamples = 5'000, kVertexStride = 4;
 constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
 
@@ -35,6 +40,29 @@ void analyze(PatchTransform& transform, const std::vector<Vec3>& positions, std:
     std::transform(positions.begin(), positions.end(), in.begin(), to_float);
     coefficients.resize(positions.size());
     transform.analyze(in, coefficients);
+}
+
+/// The part of displacements (V) of a surface's vertices that lies in the surface, none longer than kMostOfEdge allows.
+void keep_tangential(const std::vector<Vec3>& positions, const std::vector<Face>& triangles,
+                     std::vector<Vec3>& displacements) {
+    std::vector<Vec3> normals(displacements.size());
+    std::vector<double> shortest(displacements.size(), std::numeric_limits<double>::infinity());  // edge, squared
+    for (const Face& f : triangles) {
+        const Vec3 &a = positions[f[0]], &b = positions[f[1]], &c = positions[f[2]];
+        const Vec3 n = cross(b - a, c - a);
+        const double edge = std::min({squared_length(b - a), squared_length(c - b), squared_length(a - c)});
+        for (const std::uint32_t v : f) {
+            normals[v] += n;
+            shortest[v] = std::min(shortest[v], edge);
+        }
+    }
+    for (std::size_t v = 0; v < displacements.size(); ++v) {
+        Vec3& d = displacements[v];
+        const Vec3 n = normalized(normals[v]);
+        d = d - n * dot(n, d);
+        const double most = kMostOfEdge * std::sqrt(shortest[v]), l = length(d);
+        if (l > most) d = d * (most / l);
+    }
 }
 
 }  // namespace
@@ -64,6 +92,26 @@ std::vector<Vec3> Adaptation::without_tangents(PatchTransform& transform, std::v
     return positions;
 }
 
+std::vector<Vec3> Adaptation::towards_fit(PatchTransform& transform, const std::vector<Vec3f>& coefficients,
+                                          unsigned level, unsigned threads) const {
+    const unsigned leading = level > 0 ? level - 1 : 0, shown = level + 1;
+    std::vector<Vec3f> cut(coefficients.begin(),
+                           coefficients.begin() + std::ptrdiff_t(vertices_at_level(mesh_.base, level)));
+    cut.resize(vertices_at_level(mesh_.base, shown));
+    std::vector<Vec3f> smooth(cut.size());
+    transform.synthesize(cut, shown, smooth);
+    std::vector<Vec3> surface(smooth.size());
+    std::transform(smooth.begin(), smooth.end(), surface.begin(), to_double);
+    const std::vector<std::uint8_t> fixed(fixed_.begin(),
+                                          fixed_.begin() + std::ptrdiff_t(vertices_at_level(mesh_.base, leading)));
+    FitOptions fitting;
+    fitting.samples = kSamplesOfLeader;
+    fitting.threads = threads;
+    std::vector<Vec3> steps = fit_coarse(surface_.mesh(), mesh_.base, shown, surface, leading, fixed, fitting);
+    keep_tangential(surface, triangles_at_level(mesh_.base, leading), steps);
+    return interpolate(mesh_.base, leading, steps, mesh_.levels);
+}
+
 double Adaptation::distance_of(const std::vector<Vec3>& positions, unsigned threads) const {
     return surface_.reference().error_of({positions, triangles_, {}, {}}, {kSamples, threads, kVertexStride}).rms;
 }
@@ -76,8 +124,9 @@ void Adaptation::slide(unsigned threads) {
     std::vector<Vec3f> coefficients;
     for (unsigned round = 0; round < kSlideRounds; ++round) {
         analyze(transform, positions, coefficients);
+        steps = towards_fit(transform, coefficients, round % mesh_.levels, threads);
         const std::vector<Vec3> wanted = without_tangents(transform, coefficients);
-        for (std::uint32_t v = 0; v < steps.size(); ++v) steps[v] = wanted[v] - drift.position(v);
+        for (std::uint32_t v = 0; v < steps.size(); ++v) steps[v] += wanted[v] - drift.position(v);
         drift.move(steps);
         for (std::uint32_t v = 0; v < positions.size(); ++v)
             if (fixed_[v] == 0) positions[v] = drift.position(v);

@@ -20,7 +20,8 @@ class Adaptation {
     Adaptation(PartSurface& surface, const TransformOptions& transform, unsigned threads, SemiRegularMesh mesh);
 
     /// Rounds of: analysis, tangential details halved, synthesis, and a walk over the surface to where that leads
-    /// (remesh/drift.h: as far as the triangles stand it). Then the fit (remesh/settle.h), because vertices on the
+    /// (remesh/drift.h: as far as the triangles stand it), and to where coarse levels want their vertices
+    /// (towards_fit()), level by level in turn. Then the fit (remesh/settle.h), because vertices on the
     /// surface are not those that come nearest to it, and the colours of where they have come to rest. Vertices on
     /// boundaries, creases and borders between materials slide along these, but for those that hold a bend. Leaves all
     /// as it was where the result is farther from the surface than kMostLoss allows. O(V log F) a round.
@@ -41,6 +42,11 @@ class Adaptation {
     [[nodiscard]] PatchTransform transform(unsigned threads) const;
     /// The positions (V) of `coefficients` with each detail's tangential components shortened.
     std::vector<Vec3> without_tangents(PatchTransform& transform, std::vector<Vec3f>& coefficients) const;
+    /// Steps (V) that bring the surface of level `level`, finer details left out, closer to the input: how coarse
+    /// vertices lie along ridges and around tips is worth 1 to 2 dB of that, and once they lie well it costs nothing.
+    /// The vertices of the level below lead, so that the level's own details stay normal; those of the base at level 0.
+    std::vector<Vec3> towards_fit(PatchTransform& transform, const std::vector<Vec3f>& coefficients, unsigned level,
+                                  unsigned threads) const;
     [[nodiscard]] double distance_of(const std::vector<Vec3>& positions, unsigned threads) const;
 
     PartSurface& surface_;

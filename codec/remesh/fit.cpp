@@ -7,6 +7,7 @@
 #include <random>
 
 #include "codec/measure/surface_index.h"
+#include "codec/remesh/coarse_grid.h"
 #include "codec/remesh/parallel.h"
 #include "codec/remesh/rings.h"
 
@@ -14,7 +15,7 @@ namespace mvw {
 
 namespace {
 
-constexpr double kPlentySamples = 1e6;
+constexpr double kPlentySamples = 1e6, kLeastSamples = 30'000;
 constexpr int kMostSteps = 30;      // of conjugate gradients, ...
 constexpr double kResidual = 1e-3;  // ... or until so much of the residual is left
 
@@ -23,11 +24,16 @@ struct Sample {
     Vec3 point, normal;
 };
 
-/// One term of the least-squares sum: a sample's closest point on the remesh.
+/// One term of the least-squares sum: a sample's closest point on the remesh, and what it moves with.
 struct Term {
+    Vec3 point;
     std::uint32_t triangle = kNone;  // none: not to be used
     std::array<float, 3> weight{};
 };
+
+std::array<float, 3> to_floats(const std::array<double, 3>& w) {
+    return {static_cast<float>(w[0]), static_cast<float>(w[1]), static_cast<float>(w[2])};
+}
 
 Vec3 scaled_normal(const std::vector<Vec3>& positions, const Face& f) {
     return cross(positions[f[1]] - positions[f[0]], positions[f[2]] - positions[f[0]]);
@@ -97,25 +103,25 @@ struct TermsOfTriangles {
     }
 };
 
-/// (B^T M B + damping) x = B^T M (samples - surface) over the vertices that move, B being each used term's point, M
+/// (B^T M B + damping) x = B^T M (samples - points) over the vertices that move, B being each used term's weights, M
 /// what distances count along the sample's normal and across. Row by row, so that rows can be computed side by side.
 class NormalEquations {
  public:
     NormalEquations(const std::vector<Sample>& samples, const std::vector<Term>& terms,
                     const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
-                    const FitOptions& options, const std::vector<Vec3>& positions)
-        : fixed_(fixed), threads_(options.threads), right_(positions.size()) {
-        const Rings rings(triangles, positions.size());
+                    const FitOptions& options)
+        : fixed_(fixed), threads_(options.threads), right_(fixed.size()) {
+        const std::size_t V = fixed.size();
+        const Rings rings(triangles, V);
         const TermsOfTriangles sorted(terms, triangles.size());
         row_.push_back(0);
-        for (std::uint32_t v = 0; v < positions.size(); ++v)
-            row_.push_back(row_.back() + count_neighbours(rings.at(v)));
-        diagonal_.resize(positions.size());
+        for (std::uint32_t v = 0; v < V; ++v) row_.push_back(row_.back() + count_neighbours(rings.at(v)));
+        diagonal_.resize(V);
         column_.assign(row_.back(), kNone);
         block_.resize(row_.back());
-        parallel_slices(positions.size(), threads_, [&](std::size_t begin, std::size_t end) {
+        parallel_slices(V, threads_, [&](std::size_t begin, std::size_t end) {
             for (auto v = static_cast<std::uint32_t>(begin); v < end; ++v)
-                if (fixed_[v] == 0) assemble(v, rings.at(v), samples, terms, triangles, sorted, options, positions);
+                if (fixed_[v] == 0) assemble(v, rings.at(v), samples, terms, triangles, sorted, options);
         });
     }
 
@@ -139,7 +145,7 @@ class NormalEquations {
  private:
     void assemble(std::uint32_t v, std::span<const RingTriangle> ring, const std::vector<Sample>& samples,
                   const std::vector<Term>& terms, const std::vector<Face>& triangles, const TermsOfTriangles& sorted,
-                  const FitOptions& options, const std::vector<Vec3>& positions) {
+                  const FitOptions& options) {
         const auto damping = static_cast<float>(options.damping);
         diagonal_[v] = {damping, 0, 0, damping, 0, damping};
         for (const RingTriangle& t : ring) {
@@ -147,10 +153,10 @@ class NormalEquations {
             const std::size_t corner = f[0] == v ? 0 : f[1] == v ? 1 : 2;
             for (std::uint32_t s = sorted.begin[t.triangle]; s < sorted.begin[t.triangle + 1]; ++s) {
                 const Sample& sample = samples[sorted.term[s]];
-                const std::array<float, 3>& w = terms[sorted.term[s]].weight;
+                const Term& term = terms[sorted.term[s]];
+                const std::array<float, 3>& w = term.weight;
                 const Block m = Block::of_normal(sample.normal, options.tangential);
-                const Vec3 on = positions[f[0]] * w[0] + positions[f[1]] * w[1] + positions[f[2]] * w[2];
-                right_[v] += m * (sample.point - on) * w[corner];
+                right_[v] += m * (sample.point - term.point) * w[corner];
                 diagonal_[v].add(m, w[corner] * w[corner]);
                 for (const std::size_t other : {(corner + 1) % 3, (corner + 2) % 3})
                     if (fixed_[f[other]] == 0) block_at(v, f[other]).add(m, w[corner] * w[other]);
@@ -204,6 +210,28 @@ void take_back_turned(const std::vector<Face>& triangles, const std::vector<Vec3
     }
 }
 
+/// Each sample's nearest point on a surface. nearest: triangles that may be near, in; those that are, out.
+std::vector<Term> terms_on(const std::vector<Vec3>& positions, const std::vector<Face>& triangles,
+                           const std::vector<Sample>& samples, unsigned threads, std::vector<std::uint32_t>& nearest) {
+    std::vector<Term> terms(samples.size());
+    nearest.resize(samples.size(), kNone);
+    const SurfaceIndex index(positions, triangles, threads);
+    parallel_slices(samples.size(), threads, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t near = nearest[k] == kNone && k > begin ? nearest[k - 1] : nearest[k];
+            const SurfacePoint hit = index.closest(samples[k].point, near);
+            nearest[k] = hit.face;
+            const Face& f = triangles[hit.face];
+            const Vec3 n = normalized(scaled_normal(positions, f));
+            const auto& w = hit.barycentric;
+            // A sample of the far side of a thin wall must not pull at this side.
+            terms[k] = {positions[f[0]] * w[0] + positions[f[1]] * w[1] + positions[f[2]] * w[2],
+                        dot(n, samples[k].normal) > 0.3 ? hit.face : kNone, to_floats(w)};
+        }
+    });
+    return terms;
+}
+
 }  // namespace
 
 void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
@@ -212,29 +240,32 @@ void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vecto
     const auto vertices = static_cast<double>(positions.size());
     const double count = std::min(options.samples * vertices, 2 * vertices + kPlentySamples);
     const std::vector<Sample> samples = lay_samples(input, static_cast<std::size_t>(count));
-    std::vector<Term> terms(samples.size());
-    std::vector<std::uint32_t> nearest(samples.size(), kNone);  // triangle, of the round before
+    std::vector<std::uint32_t> nearest;
     for (unsigned round = 0; round < options.rounds; ++round) {
-        const SurfaceIndex index(positions, triangles, options.threads);
-        parallel_slices(samples.size(), options.threads, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t k = begin; k < end; ++k) {
-                const std::uint32_t near = nearest[k] == kNone && k > begin ? nearest[k - 1] : nearest[k];
-                const SurfacePoint hit = index.closest(samples[k].point, near);
-                nearest[k] = hit.face;
-                const Face& f = triangles[hit.face];
-                const Vec3 n = normalized(scaled_normal(positions, f));
-                const auto& w = hit.barycentric;
-                // A sample of the far side of a thin wall must not pull at this side.
-                terms[k] = {dot(n, samples[k].normal) > 0.3 ? hit.face : kNone,
-                            {static_cast<float>(w[0]), static_cast<float>(w[1]), static_cast<float>(w[2])}};
-            }
-        });
-        const std::vector<Vec3> move = NormalEquations(samples, terms, triangles, fixed, options, positions).solve();
+        const std::vector<Term> terms = terms_on(positions, triangles, samples, options.threads, nearest);
+        const std::vector<Vec3> move = NormalEquations(samples, terms, triangles, fixed, options).solve();
         std::vector<Vec3> moved = positions;
         for (std::size_t v = 0; v < moved.size(); ++v) moved[v] += move[v];
         take_back_turned(triangles, positions, moved);
         positions = std::move(moved);
     }
+}
+
+std::vector<Vec3> fit_coarse(const Mesh& input, const BaseMesh& base, unsigned level,
+                             const std::vector<Vec3>& positions, unsigned coarse,
+                             const std::vector<std::uint8_t>& fixed, const FitOptions& options) {
+    const double count = std::max(options.samples * static_cast<double>(fixed.size()), kLeastSamples);
+    const std::vector<Sample> samples = lay_samples(input, static_cast<std::size_t>(count));
+    std::vector<std::uint32_t> nearest;
+    std::vector<Term> terms = terms_on(positions, triangles_at_level(base, level), samples, options.threads, nearest);
+    for (Term& term : terms) {
+        if (term.triangle == kNone) continue;
+        const auto& w = term.weight;
+        const FacePoint p = on_level(on_base({term.triangle, {w[0], w[1], w[2]}}, level), coarse);
+        term.triangle = p.face;
+        term.weight = to_floats(p.weight);
+    }
+    return NormalEquations(samples, terms, triangles_at_level(base, coarse), fixed, options).solve();
 }
 
 }  // namespace mvw

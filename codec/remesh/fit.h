@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "codec/mesh/mesh.h"
+#include "codec/mesh/semi_regular.h"
 
 namespace mvw {
 
@@ -20,5 +21,12 @@ struct FitOptions {
 /// move that turns a triangle over is taken back. Deterministic whatever the thread count.
 void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vector<std::uint8_t>& fixed,
          const FitOptions& options, std::vector<Vec3>& positions);
+
+/// Where the vertices of a coarse level want to go so that a finer surface, were it to follow them linearly over their
+/// triangles, comes closer to `input`: displacements (V(coarse)). positions (V(level)): of the finer surface, level >=
+/// coarse. Vertices flagged `fixed` (V(coarse)) stay. One round of options. Deterministic whatever the thread count.
+std::vector<Vec3> fit_coarse(const Mesh& input, const BaseMesh& base, unsigned level,
+                             const std::vector<Vec3>& positions, unsigned coarse,
+                             const std::vector<std::uint8_t>& fixed, const FitOptions& options);
 
 }  // namespace mvw

@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "codec/measure/surface_error.h"
+#include "codec/remesh/remesh.h"
 #include "tests/support/semi_regular_models.h"
+#include "tests/support/shapes.h"
 
 namespace mvw {
 namespace {
@@ -49,6 +51,33 @@ TEST(Slide, TangentialDetailsFallAndTheSurfaceStays) {
     mesh = slid(input, 1, std::move(mesh));
     EXPECT_LT(tangential_energy(mesh), before / 4);
     EXPECT_LT(surface_error(input, plain(mesh), {20'000, 1}).rms, 1.2 * error);
+}
+
+/// RMS distance of what a mesh shows with details up to `level` from `input`.
+double error_of_level(const Mesh& input, const SemiRegularMesh& mesh, unsigned level) {
+    std::vector<Vec3f> positions(mesh.positions.size()), details(mesh.positions.size());
+    std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(), to_float);
+    PatchTransform transform(mesh.base, mesh.levels, {}, mesh.creases);
+    transform.analyze(positions, details);
+    std::fill(details.begin() + std::ptrdiff_t(vertices_at_level(mesh.base, level)), details.end(), Vec3f{});
+    transform.synthesize(details, mesh.levels, positions);
+    SemiRegularMesh shown = mesh;
+    std::transform(positions.begin(), positions.end(), shown.positions.begin(), to_double);
+    return surface_error(input, plain(shown), {20'000, 1}).rms;
+}
+
+TEST(Slide, WhatTheBaseShowsComesCloserToTheSurface) {
+    Mesh input = icosphere(5);
+    for (Vec3& p : input.positions) {  // ridges all around
+        const double wave = std::sin(4 * p.x + 2 * p.y) * std::cos(3 * p.z);
+        p = p * (1 + 0.15 * std::sqrt(wave * wave + 0.01));
+    }
+    RemeshOptions options;
+    options.base_faces = 150;
+    options.levels = 3;
+    options.threads = 1;
+    const SemiRegularMesh before = remesh(input, options).parts.at(0), after = slid(input, 1, before);
+    EXPECT_LT(error_of_level(input, after, 0), 0.9 * error_of_level(input, before, 0));
 }
 
 TEST(Slide, VerticesOnCreasesStayOnThem) {
