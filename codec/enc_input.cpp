@@ -51,7 +51,10 @@ PartSurface& EncoderInput::part(const RemeshResult& remeshed, std::uint32_t part
     mesh.positions.reserve(mesh_.positions.size());
     for (const Vec3& p : mesh_.positions) mesh.positions.push_back(to_coded_units(p));
     for (std::size_t f = 0; f < mesh_.faces.size(); ++f)
-        if (wanted[f] != 0) mesh.faces.push_back(mesh_.faces[f]);
+        if (wanted[f] != 0) {
+            mesh.faces.push_back(mesh_.faces[f]);
+            if (!mesh_.materials.empty()) mesh.materials.push_back(mesh_.materials[f]);
+        }
     parts_.push_back({std::move(wanted), degrees, std::make_unique<PartSurface>(std::move(mesh), threads_, degrees)});
     return *parts_.back().surface;
 }

@@ -7,6 +7,7 @@
 
 #include "codec/mesh/half_edges.h"
 #include "codec/mesh/semi_regular.h"
+#include "codec/remesh/materials.h"
 
 namespace mvw {
 
@@ -150,6 +151,7 @@ std::vector<std::uint8_t> feature_half_edges(const Mesh& mesh, const FeatureOpti
     std::vector<std::uint8_t> flags(mesh.faces.size() * 3, 0);
     for (const SharpEdge& e : edges)
         if (e.kept) flags[e.half_edge] = flags[e.twin] = 1;
+    flag_material_borders(mesh, flags);
     return flags;
 }
 

@@ -17,6 +17,7 @@
 #include "codec/remesh/feature_choice.h"
 #include "codec/remesh/features.h"
 #include "codec/remesh/line_spacing.h"
+#include "codec/remesh/materials.h"
 #include "codec/remesh/prepare.h"
 #include "codec/remesh/recognize.h"
 #include "codec/remesh/relax.h"
@@ -212,6 +213,7 @@ class Sampler {
         std::vector<std::uint32_t> face_ids;
         part.base = extract_base(parameterization_.base(), wanted, face_ids);
         part.creases = creases_of(parameterization_.base(), part.base, face_ids);
+        part.materials = materials_of_base(face_ids);
         part.levels = level;
         while (part.levels > 1 && (std::size_t{part.base.face_count()} << (2 * part.levels)) > kMaxFaces) --part.levels;
         Distance error = sample(input, face_ids, part);
@@ -249,6 +251,17 @@ class Sampler {
     [[nodiscard]] static bool is_dearer_than_its_faces(const Mesh& input, const SemiRegularMesh& part) {
         return input.faces.size() <= kMostFacets && static_cast<double>(part.positions.size()) >
                                                         kVerticesOfFacets * static_cast<double>(input.positions.size());
+    }
+
+    /// Of each base face; it lies within one material, because its edges follow their borders.
+    [[nodiscard]] std::vector<std::uint32_t> materials_of_base(const std::vector<std::uint32_t>& face_ids) const {
+        if (mesh_.materials.empty()) return {};
+        std::vector<FacePoint> points;
+        for (const std::uint32_t face : face_ids) points.push_back({face, {1.0 / 3, 1.0 / 3, 1.0 / 3}});
+        parameterization_.to_input(points, threads_);
+        std::vector<std::uint32_t> materials;
+        for (const FacePoint& p : points) materials.push_back(mesh_.materials[p.face]);
+        return materials;
     }
 
     /// Fills in positions, colours and fields of a part whose base and levels stand. Returns how far the two surfaces
@@ -321,7 +334,8 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
     const bool has_features = std::find(sharp.begin(), sharp.end(), 1) != sharp.end();
     if (has_features && options.base_faces == 0 && decimation.alone_area_share > kMaxAloneShare) {
         // So many features leave too little to collapse, as the noise of some scans does: do without them.
-        Decimation smooth = decimate(mesh, {}, parts, component_of_face, options);
+        Decimation smooth =
+            decimate(mesh, features_from(mesh, kNoFeaturesDeg).sharp, parts, component_of_face, options);
         if (smooth.alone_area_share <= decimation.alone_area_share) {
             decimation = std::move(smooth);
             result.feature_angle_deg = kNoFeaturesDeg;
@@ -396,6 +410,7 @@ std::vector<SemiRegularMesh> take_over(const Mesh& mesh, Recognition& recognitio
     for (Recognized& found : recognition.meshes) {
         SemiRegularMesh part;
         part.creases = own_creases(mesh, sharp, found);
+        part.materials = *materials_of(mesh, found);
         part.base = std::move(found.base);
         part.levels = found.levels;
         for (const std::uint32_t v : found.vertices) {
@@ -413,7 +428,9 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     const bool asked_for = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
     if (asked_for) return remesh_irregular(input, options);
     Recognition recognition = recognize(input, kLeastOwnLevels);
-    if (recognition.meshes.empty()) return remesh_irregular(input, options);
+    const bool has_mixed_faces =
+        std::ranges::any_of(recognition.meshes, [&](const Recognized& found) { return !materials_of(input, found); });
+    if (recognition.meshes.empty() || has_mixed_faces) return remesh_irregular(input, options);
 
     std::vector<std::uint32_t> component_of_face;
     components(input, component_of_face);

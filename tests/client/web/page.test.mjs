@@ -209,11 +209,14 @@ for (const via of ['http', 'ws'])
     await tab.goto(`${server.url}#ball`);
     await tab.waitForSelector('[data-stat="Triangles"]');
     await server.kill();
-    await tab.waitForSelector('#banner[data-kind=lost]:not([hidden])', { timeout: 20000 });
-    assert.match(await tab.innerText('#banner'), /server is away/);
-    const held = parseFloat(await figure(tab, 'Bytes'));
-    assert.ok(held > 0 && held < size / 1024);
-    await server.start();
+    try {
+      await tab.waitForSelector('#banner[data-kind=lost]:not([hidden])', { timeout: 20000 });
+      assert.match(await tab.innerText('#banner'), /server is away/);
+      const held = parseFloat(await figure(tab, 'Bytes'));
+      assert.ok(held > 0 && held < size / 1024);
+    } finally {
+      await server.start(); // the tests after this one need it, too
+    }
     await complete(tab);
     if (via === 'http') assert.ok(ranges.some((range) => /^bytes=[1-9]\d*-/.test(range ?? '')), String(ranges));
     assert.equal(await tab.locator('#banner[data-kind=lost]:not([hidden])').count(), 0);
@@ -267,10 +270,13 @@ test('the gallery says that the server is away, and comes back with it', async (
   await tab.waitForSelector('.card');
   await tab.goto(`${server.url}#ball`);
   await server.kill();
-  await tab.evaluate(() => (location.hash = ''));
-  await tab.waitForSelector('#nothing:not([hidden])');
-  assert.match(await tab.innerText('#nothing'), /does not answer/);
-  await server.start();
+  try {
+    await tab.evaluate(() => (location.hash = ''));
+    await tab.waitForSelector('#nothing:not([hidden])');
+    assert.match(await tab.innerText('#nothing'), /does not answer/);
+  } finally {
+    await server.start();
+  }
   await tab.waitForSelector('#nothing', { state: 'hidden', timeout: 20000 });
 });
 
