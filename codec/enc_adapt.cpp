@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "codec/enc_curves.h"
+#include "codec/mesh/normals.h"
 #include "codec/remesh/coarse_grid.h"
 #include "codec/remesh/drift.h"
 #include "codec/remesh/fit.h"
@@ -42,24 +43,28 @@ void analyze(PatchTransform& transform, const std::vector<Vec3>& positions, std:
     transform.analyze(in, coefficients);
 }
 
+/// The positions of all of `level` that coefficients (V(level)) stand for.
+std::vector<Vec3> synthesized(PatchTransform& transform, const std::vector<Vec3f>& coefficients, unsigned level) {
+    std::vector<Vec3f> out(coefficients.size());
+    transform.synthesize(coefficients, level, out);
+    std::vector<Vec3> positions(out.size());
+    std::transform(out.begin(), out.end(), positions.begin(), to_double);
+    return positions;
+}
+
 /// The part of displacements (V) of a surface's vertices that lies in the surface, none longer than kMostOfEdge allows.
-void keep_tangential(const std::vector<Vec3>& positions, const std::vector<Face>& triangles,
+void keep_tangential(std::span<const Vec3> positions, const std::vector<Face>& triangles,
                      std::vector<Vec3>& displacements) {
-    std::vector<Vec3> normals(displacements.size());
+    const std::vector<Vec3> normals = vertex_normals(positions, triangles);
     std::vector<double> shortest(displacements.size(), std::numeric_limits<double>::infinity());  // edge, squared
     for (const Face& f : triangles) {
         const Vec3 &a = positions[f[0]], &b = positions[f[1]], &c = positions[f[2]];
-        const Vec3 n = cross(b - a, c - a);
         const double edge = std::min({squared_length(b - a), squared_length(c - b), squared_length(a - c)});
-        for (const std::uint32_t v : f) {
-            normals[v] += n;
-            shortest[v] = std::min(shortest[v], edge);
-        }
+        for (const std::uint32_t v : f) shortest[v] = std::min(shortest[v], edge);
     }
     for (std::size_t v = 0; v < displacements.size(); ++v) {
         Vec3& d = displacements[v];
-        const Vec3 n = normalized(normals[v]);
-        d = d - n * dot(n, d);
+        d = d - normals[v] * dot(normals[v], d);
         const double most = kMostOfEdge * std::sqrt(shortest[v]), l = length(d);
         if (l > most) d = d * (most / l);
     }
@@ -85,11 +90,7 @@ std::vector<Vec3> Adaptation::without_tangents(PatchTransform& transform, std::v
         coefficients[v].y *= kKept;
         if (fixed_[v] == 0) coefficients[v].z *= kKept;  // lines: along them alone
     }
-    std::vector<Vec3f> out(coefficients.size());
-    transform.synthesize(coefficients, mesh_.levels, out);
-    std::vector<Vec3> positions(out.size());
-    std::transform(out.begin(), out.end(), positions.begin(), to_double);
-    return positions;
+    return synthesized(transform, coefficients, mesh_.levels);
 }
 
 std::vector<Vec3> Adaptation::towards_fit(PatchTransform& transform, const std::vector<Vec3f>& coefficients,
@@ -98,17 +99,14 @@ std::vector<Vec3> Adaptation::towards_fit(PatchTransform& transform, const std::
     std::vector<Vec3f> cut(coefficients.begin(),
                            coefficients.begin() + std::ptrdiff_t(vertices_at_level(mesh_.base, level)));
     cut.resize(vertices_at_level(mesh_.base, shown));
-    std::vector<Vec3f> smooth(cut.size());
-    transform.synthesize(cut, shown, smooth);
-    std::vector<Vec3> surface(smooth.size());
-    std::transform(smooth.begin(), smooth.end(), surface.begin(), to_double);
+    const std::vector<Vec3> surface = synthesized(transform, cut, shown);
     const std::vector<std::uint8_t> fixed(fixed_.begin(),
                                           fixed_.begin() + std::ptrdiff_t(vertices_at_level(mesh_.base, leading)));
     FitOptions fitting;
     fitting.samples = kSamplesOfLeader;
     fitting.threads = threads;
     std::vector<Vec3> steps = fit_coarse(surface_.mesh(), mesh_.base, shown, surface, leading, fixed, fitting);
-    keep_tangential(surface, triangles_at_level(mesh_.base, leading), steps);
+    keep_tangential(std::span(surface).first(steps.size()), triangles_at_level(mesh_.base, leading), steps);
     return interpolate(mesh_.base, leading, steps, mesh_.levels);
 }
 

@@ -42,9 +42,10 @@ class Adaptation {
     [[nodiscard]] PatchTransform transform(unsigned threads) const;
     /// The positions (V) of `coefficients` with each detail's tangential components shortened.
     std::vector<Vec3> without_tangents(PatchTransform& transform, std::vector<Vec3f>& coefficients) const;
-    /// Steps (V) that bring the surface of level `level`, finer details left out, closer to the input: how coarse
+    /// Steps (V) that bring the surface of `level` < L, finer details left out, closer to the input: how coarse
     /// vertices lie along ridges and around tips is worth 1 to 2 dB of that, and once they lie well it costs nothing.
     /// The vertices of the level below lead, so that the level's own details stay normal; those of the base at level 0.
+    /// Those on lines do not.
     std::vector<Vec3> towards_fit(PatchTransform& transform, const std::vector<Vec3f>& coefficients, unsigned level,
                                   unsigned threads) const;
     [[nodiscard]] double distance_of(const std::vector<Vec3>& positions, unsigned threads) const;

@@ -26,7 +26,7 @@ class PartSurface {
     [[nodiscard]] const Mesh& mesh() const { return mesh_; }
     /// For distances as fractions of this part's diagonal, and for nearest points in coded units.
     [[nodiscard]] const ReferenceSurface& reference() const { return reference_; }
-    /// with_features: paths stop at sharp edges (remesh/features.h).
+    /// with_features: paths stop at features (remesh/features.h).
     const SurfaceWalk& walk(bool with_features);
 
  private:

@@ -52,8 +52,17 @@ Trial try_out(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& o
     return trial;
 }
 
+/// Creases that are more than borders between materials.
+bool is_sharp(const SemiRegularMesh& part) {
+    for (std::size_t e = 0; e < part.creases.size(); ++e) {
+        const auto& [f, g] = part.base.edges()[e].face;
+        if (part.creases[e] != 0 && (part.materials.empty() || part.materials[f] == part.materials[g])) return true;
+    }
+    return false;
+}
+
 bool is_sharp(const RemeshResult& remeshed) {
-    return std::ranges::any_of(remeshed.parts, [](const SemiRegularMesh& part) { return !part.creases.empty(); });
+    return std::ranges::any_of(remeshed.parts, [](const SemiRegularMesh& part) { return is_sharp(part); });
 }
 
 unsigned base_faces_of(const RemeshResult& remeshed) {

@@ -114,7 +114,7 @@ struct SemiRegularMesh {
     BaseMesh base;
     unsigned levels = 0;                   // L
     std::vector<Vec3> positions;           // V(L), hierarchical order
-    std::vector<std::uint8_t> creases;     // empty, or 1 for each base edge along which the surface is sharp
+    std::vector<std::uint8_t> creases;     // empty, or 1 for each base edge along which it is sharp, or its material ends
     std::vector<std::uint32_t> materials;  // empty, or a label for each base face
     std::vector<Rgba8> colors;             // empty, or V(L)
     std::vector<VertexField> fields{};     // of V(L) vertices

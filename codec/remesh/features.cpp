@@ -7,7 +7,6 @@
 
 #include "codec/mesh/half_edges.h"
 #include "codec/mesh/semi_regular.h"
-#include "codec/remesh/materials.h"
 
 namespace mvw {
 
@@ -137,6 +136,17 @@ void drop_noise(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edge
         const Group& group = groups[root(e.a)];
         e.kept = group.beside_deg <= kMostBesideDeg * group.edges &&
                  (group.length >= min_group || (group.closed_loop && group.edges >= kLeastLoop));
+    }
+}
+
+/// Sets the flags of both halves of each edge between two materials.
+void flag_material_borders(const Mesh& mesh, std::vector<std::uint8_t>& flags) {
+    if (mesh.materials.empty()) return;
+    const EdgeGroups groups = group_edges(mesh.faces, static_cast<std::uint32_t>(mesh.positions.size()));
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (groups[g].size() != 2) continue;
+        const std::uint32_t h = groups[g][0], twin = groups[g][1];
+        if (mesh.materials[h / 3] != mesh.materials[twin / 3]) flags[h] = flags[twin] = 1;
     }
 }
 

@@ -24,9 +24,9 @@ struct Sample {
     Vec3 point, normal;
 };
 
-/// One term of the least-squares sum: a sample's closest point on the remesh, and what it moves with.
+/// One term of the least-squares sum: a sample's closest point on the remesh, and what that moves with.
 struct Term {
-    Vec3 point;
+    Vec3f gap;                       // from there to the sample
     std::uint32_t triangle = kNone;  // none: not to be used
     std::array<float, 3> weight{};
 };
@@ -103,7 +103,7 @@ struct TermsOfTriangles {
     }
 };
 
-/// (B^T M B + damping) x = B^T M (samples - points) over the vertices that move, B being each used term's weights, M
+/// (B^T M B + damping) x = B^T M gaps over the vertices that move, B being each used term's weights, M
 /// what distances count along the sample's normal and across. Row by row, so that rows can be computed side by side.
 class NormalEquations {
  public:
@@ -156,7 +156,7 @@ class NormalEquations {
                 const Term& term = terms[sorted.term[s]];
                 const std::array<float, 3>& w = term.weight;
                 const Block m = Block::of_normal(sample.normal, options.tangential);
-                right_[v] += m * (sample.point - term.point) * w[corner];
+                right_[v] += m * to_double(term.gap) * w[corner];
                 diagonal_[v].add(m, w[corner] * w[corner]);
                 for (const std::size_t other : {(corner + 1) % 3, (corner + 2) % 3})
                     if (fixed_[f[other]] == 0) block_at(v, f[other]).add(m, w[corner] * w[other]);
@@ -225,8 +225,9 @@ std::vector<Term> terms_on(const std::vector<Vec3>& positions, const std::vector
             const Vec3 n = normalized(scaled_normal(positions, f));
             const auto& w = hit.barycentric;
             // A sample of the far side of a thin wall must not pull at this side.
-            terms[k] = {positions[f[0]] * w[0] + positions[f[1]] * w[1] + positions[f[2]] * w[2],
-                        dot(n, samples[k].normal) > 0.3 ? hit.face : kNone, to_floats(w)};
+            const Vec3 on = positions[f[0]] * w[0] + positions[f[1]] * w[1] + positions[f[2]] * w[2];
+            terms[k] = {to_float(samples[k].point - on), dot(n, samples[k].normal) > 0.3 ? hit.face : kNone,
+                        to_floats(w)};
         }
     });
     return terms;

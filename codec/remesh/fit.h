@@ -24,7 +24,8 @@ void fit(const Mesh& input, const std::vector<Face>& triangles, const std::vecto
 
 /// Where the vertices of a coarse level want to go so that a finer surface, were it to follow them linearly over their
 /// triangles, comes closer to `input`: displacements (V(coarse)). positions (V(level)): of the finer surface, level >=
-/// coarse. Vertices flagged `fixed` (V(coarse)) stay. One round of options. Deterministic whatever the thread count.
+/// coarse. Vertices flagged `fixed` (V(coarse)) stay. One round whatever the options say, with 30,000 samples at least;
+/// what would turn triangles over is not taken back. Deterministic whatever the thread count.
 std::vector<Vec3> fit_coarse(const Mesh& input, const BaseMesh& base, unsigned level,
                              const std::vector<Vec3>& positions, unsigned coarse,
                              const std::vector<std::uint8_t>& fixed, const FitOptions& options);

@@ -25,6 +25,7 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
 /// A mesh with fewer levels, in the vertex numbers of the finest one.
 struct Coarser {
     std::vector<Face> faces;
+    std::vector<std::uint32_t> materials;                     // of `faces`; empty where there are none
     std::unordered_map<std::uint64_t, std::uint32_t> middle;  // of each edge of `faces`: the vertex that split it
 };
 
@@ -42,8 +43,8 @@ std::vector<std::uint32_t> mates_of(const std::vector<Face>& faces, std::uint32_
 /// Undoes one quadrisection of a connected mesh.
 class Coarsening {
  public:
-    Coarsening(const std::vector<Face>& faces, std::uint32_t vertices)
-        : faces_(faces), vertices_(vertices), mates_(mates_of(faces, vertices)) {}
+    Coarsening(const std::vector<Face>& faces, const std::vector<std::uint32_t>& materials, std::uint32_t vertices)
+        : faces_(faces), materials_(materials), vertices_(vertices), mates_(mates_of(faces, vertices)) {}
 
     /// With face 0 in that role, which decides all others; none where they do not agree.
     std::optional<Coarser> attempt(std::uint8_t role_of_first) {
@@ -113,11 +114,16 @@ class Coarsening {
                 edge_of[middle] = key;
             }
             out.faces.push_back(old);
+            if (materials_.empty()) continue;
+            for (std::uint32_t s = 0; s < 3; ++s)
+                if (materials_[mates_[3 * f + s] / 3] != materials_[f]) return std::nullopt;
+            out.materials.push_back(materials_[f]);
         }
         return out.faces.size() * 4 == faces_.size() ? std::optional(std::move(out)) : std::nullopt;
     }
 
     const std::vector<Face>& faces_;
+    const std::vector<std::uint32_t>& materials_;
     std::uint32_t vertices_;
     std::vector<std::uint32_t> mates_;
     std::vector<std::uint8_t> roles_;
@@ -138,13 +144,13 @@ std::vector<Face> compact(const std::vector<Face>& faces, std::vector<std::uint3
     return out;
 }
 
-/// Coarser and coarser meshes, the longest chain there is. vertices: above those that `faces` use.
-std::vector<Coarser> longest_chain(const std::vector<Face>& faces) {
+/// Coarser and coarser meshes, the longest chain there is. materials: of each face, or empty.
+std::vector<Coarser> longest_chain(const std::vector<Face>& faces, const std::vector<std::uint32_t>& materials) {
     std::vector<Coarser> best;
     if (faces.size() % 4 != 0 || faces.empty()) return best;
     std::vector<std::uint32_t> vertices;
     const std::vector<Face> local = compact(faces, vertices);
-    Coarsening coarsening(local, static_cast<std::uint32_t>(vertices.size()));
+    Coarsening coarsening(local, materials, static_cast<std::uint32_t>(vertices.size()));
     for (const std::uint8_t role : {kMiddle, std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{2}}) {
         std::optional<Coarser> coarser = coarsening.attempt(role);
         if (!coarser) continue;
@@ -156,7 +162,7 @@ std::vector<Coarser> longest_chain(const std::vector<Face>& faces) {
         coarser->middle = std::move(middle);
         std::vector<std::uint32_t> used;
         if (!BaseMesh::create(static_cast<std::uint32_t>(vertices.size()), compact(coarser->faces, used))) continue;
-        std::vector<Coarser> chain = longest_chain(coarser->faces);
+        std::vector<Coarser> chain = longest_chain(coarser->faces, coarser->materials);
         chain.insert(chain.begin(), std::move(*coarser));
         if (chain.size() > best.size()) best = std::move(chain);
     }
@@ -197,6 +203,7 @@ Recognized joined(const std::vector<std::vector<Coarser>>& chains, const std::ve
         for (std::size_t k = 0; k < all.size(); ++k) {
             const Coarser& from = chains[c][k];
             all[k].faces.insert(all[k].faces.end(), from.faces.begin(), from.faces.end());
+            all[k].materials.insert(all[k].materials.end(), from.materials.begin(), from.materials.end());
             all[k].middle.insert(from.middle.begin(), from.middle.end());
         }
     }
@@ -204,6 +211,7 @@ Recognized joined(const std::vector<std::vector<Coarser>>& chains, const std::ve
     std::vector<std::uint32_t> corners;
     std::vector<Face> faces = compact(all.back().faces, corners);
     out.base = BaseMesh::create(static_cast<std::uint32_t>(corners.size()), std::move(faces)).value();
+    out.materials = std::move(all.back().materials);
     out.levels = static_cast<unsigned>(all.size());
     out.vertices = name_grid(out.base, corners, all);
     return out;
@@ -215,14 +223,18 @@ Recognition recognize(const Mesh& mesh, unsigned least_levels) {
     std::vector<std::uint32_t> component_of_face;
     const std::vector<Component> parts = components(mesh, component_of_face);
     std::vector<std::vector<Face>> faces(parts.size());
-    for (std::size_t f = 0; f < mesh.faces.size(); ++f) faces[component_of_face[f]].push_back(mesh.faces[f]);
+    std::vector<std::vector<std::uint32_t>> materials(parts.size());
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+        faces[component_of_face[f]].push_back(mesh.faces[f]);
+        if (!mesh.materials.empty()) materials[component_of_face[f]].push_back(mesh.materials[f]);
+    }
 
     Recognition out;
     out.mesh_of_component.assign(parts.size(), kNone);
     std::vector<std::vector<Coarser>> chains;
     std::map<std::size_t, std::vector<std::uint32_t>, std::greater<>> by_levels;
     for (std::uint32_t c = 0; c < parts.size(); ++c) {
-        chains.push_back(longest_chain(faces[c]));
+        chains.push_back(longest_chain(faces[c], materials[c]));
         if (chains[c].size() >= least_levels) by_levels[chains[c].size()].push_back(c);
     }
     for (const auto& [levels, which] : by_levels) {

@@ -13,7 +13,8 @@ namespace mvw {
 struct Recognized {
     BaseMesh base;
     unsigned levels = 0;
-    std::vector<std::uint32_t> vertices;  // V(levels): number in the mesh of each vertex, in hierarchical order
+    std::vector<std::uint32_t> vertices;   // V(levels): number in the mesh of each vertex, in hierarchical order
+    std::vector<std::uint32_t> materials;  // of each base face; empty where the mesh has none
 };
 
 struct Recognition {
@@ -21,9 +22,9 @@ struct Recognition {
     std::vector<std::uint32_t> mesh_of_component;  // numbered as components() does; kNone: not recognised
 };
 
-/// mesh: clean. Each component is taken for quadrisected as often as possible; those with fewer than `least_levels`
-/// (>= 1) are left out. Where several bases have as many levels (only a surface without irregular vertices leaves a
-/// choice), one of them. O(F) for each level.
+/// mesh: clean. Each component is taken for quadrisected as often as possible, each base
+/// face within one material; those with fewer than `least_levels` (>= 1) are left out. Where several bases have as many
+/// levels (only a surface without irregular vertices leaves a choice), one of them. O(F) for each level.
 Recognition recognize(const Mesh& mesh, unsigned least_levels);
 
 }  // namespace mvw

@@ -17,7 +17,6 @@
 #include "codec/remesh/feature_choice.h"
 #include "codec/remesh/features.h"
 #include "codec/remesh/line_spacing.h"
-#include "codec/remesh/materials.h"
 #include "codec/remesh/prepare.h"
 #include "codec/remesh/recognize.h"
 #include "codec/remesh/relax.h"
@@ -334,6 +333,7 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
     const bool has_features = std::find(sharp.begin(), sharp.end(), 1) != sharp.end();
     if (has_features && options.base_faces == 0 && decimation.alone_area_share > kMaxAloneShare) {
         // So many features leave too little to collapse, as the noise of some scans does: do without them.
+        // Borders between materials stay.
         Decimation smooth =
             decimate(mesh, features_from(mesh, kNoFeaturesDeg).sharp, parts, component_of_face, options);
         if (smooth.alone_area_share <= decimation.alone_area_share) {
@@ -410,7 +410,7 @@ std::vector<SemiRegularMesh> take_over(const Mesh& mesh, Recognition& recognitio
     for (Recognized& found : recognition.meshes) {
         SemiRegularMesh part;
         part.creases = own_creases(mesh, sharp, found);
-        part.materials = *materials_of(mesh, found);
+        part.materials = std::move(found.materials);
         part.base = std::move(found.base);
         part.levels = found.levels;
         for (const std::uint32_t v : found.vertices) {
@@ -428,9 +428,7 @@ RemeshResult remesh(const Mesh& input, const RemeshOptions& options) {
     const bool asked_for = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
     if (asked_for) return remesh_irregular(input, options);
     Recognition recognition = recognize(input, kLeastOwnLevels);
-    const bool has_mixed_faces =
-        std::ranges::any_of(recognition.meshes, [&](const Recognized& found) { return !materials_of(input, found); });
-    if (recognition.meshes.empty() || has_mixed_faces) return remesh_irregular(input, options);
+    if (recognition.meshes.empty()) return remesh_irregular(input, options);
 
     std::vector<std::uint32_t> component_of_face;
     components(input, component_of_face);

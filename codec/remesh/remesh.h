@@ -49,8 +49,8 @@ struct RemeshResult {
 
 /// input: manifold and oriented, no degenerate faces (clean.h), any number of components. Never fails: a component that
 /// cannot be remeshed soundly keeps its faces, as facets or, where these are many, alone. Unless levels, base or error
-/// are asked for, components that have subdivision connectivity of two levels or more keep it and their vertices, but
-/// where a base face would have several materials. Genus, components, boundary loops and materials are kept.
+/// are asked for, components that have subdivision connectivity of two levels or more, each base face within one
+/// material, keep it and their vertices. Genus, components, boundary loops and materials are kept.
 RemeshResult remesh(const Mesh& input, const RemeshOptions& options);
 
 }  // namespace mvw

@@ -1,5 +1,3 @@
-#include "codec/remesh/materials.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,8 +6,11 @@
 #include "codec/decoder.h"
 #include "codec/encoder.h"
 #include "codec/measure/surface_index.h"
+#include "codec/mesh/half_edges.h"
 #include "codec/remesh/features.h"
+#include "codec/remesh/recognize.h"
 #include "codec/remesh/remesh.h"
+#include "tests/support/meshes.h"
 #include "tests/support/semi_regular_models.h"
 #include "tests/support/shapes.h"
 
@@ -52,10 +53,16 @@ double share_in_wrong_place(const Mesh& input, const Mesh& mesh) {
 TEST(Materials, BordersAreFeatures) {
     const Mesh mesh = painted_torus();
     const std::vector<std::uint8_t> flags = feature_half_edges(mesh);
-    Mesh plain_torus = mesh;
-    plain_torus.materials.clear();
-    for (const std::uint8_t flag : feature_half_edges(plain_torus)) ASSERT_EQ(flag, 0) << "nothing else is";
-    EXPECT_GT(std::count(flags.begin(), flags.end(), 1), 2 * 2 * 48);
+    const EdgeGroups groups = group_edges(mesh.faces, static_cast<std::uint32_t>(mesh.positions.size()));
+    std::size_t borders = 0;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        const std::uint32_t h = groups[g][0], twin = groups[g][1];
+        const bool is_border = mesh.materials[h / 3] != mesh.materials[twin / 3];
+        borders += is_border ? 1 : 0;
+        EXPECT_EQ(flags[h], is_border ? 1 : 0);
+        EXPECT_EQ(flags[twin], flags[h]);
+    }
+    EXPECT_GT(borders, 2u * 48);
 }
 
 TEST(Materials, OfSemiRegularInputStayWithItsBaseFaces) {
@@ -71,12 +78,27 @@ TEST(Materials, OfSemiRegularInputStayWithItsBaseFaces) {
     EXPECT_EQ(share_in_wrong_place(mesh, finest), 0);
 }
 
-TEST(Materials, SemiRegularInputWithBordersAcrossBaseFacesIsRemeshed) {
+TEST(Materials, ABaseFaceOfSemiRegularInputHasOne) {
+    Mesh mesh = plain(bumpy_ball(5));
+    // A quarter of base face 0, its last rows, is of another material.
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) mesh.materials.push_back(f >= 768 && f < 1024 ? 2 : 1);
+    const Recognition quarters = recognize(mesh, 1);
+    ASSERT_EQ(quarters.meshes.size(), 1u);
+    EXPECT_EQ(quarters.meshes[0].levels, 4u);
+    const std::vector<std::uint32_t>& materials = quarters.meshes[0].materials;
+    EXPECT_EQ(materials.size(), quarters.meshes[0].base.face_count());
+    EXPECT_EQ(std::count(materials.begin(), materials.end(), 2u), 1);
+}
+
+TEST(Materials, OneComponentWithBordersAcrossItsFacesLeavesTheOthersAsTheyAre) {
     Mesh mesh = plain(bumpy_ball(5));
     for (const Face& f : mesh.faces) mesh.materials.push_back(center(mesh, f).z > 0.2 ? 1 : 0);
-    const RemeshResult result = remesh(mesh, {});
-    ASSERT_EQ(result.origins, std::vector{PartOrigin::Remeshed});
-    EXPECT_EQ(result.parts[0].materials.size(), result.parts[0].base.face_count());
+    Mesh other = moved(plain(bumpy_ball(3)), {5, 0, 0});
+    other.materials.assign(other.faces.size(), 3);
+    const RemeshResult result = remesh(join(mesh, other), {});
+    EXPECT_EQ(std::count(result.origins.begin(), result.origins.end(), PartOrigin::Recognized), 1);
+    EXPECT_EQ(std::count(result.origins.begin(), result.origins.end(), PartOrigin::Remeshed), 1);
+    for (const SemiRegularMesh& part : result.parts) EXPECT_EQ(part.materials.size(), part.base.face_count());
 }
 
 TEST(Materials, SurviveRemeshingAndCodingInTheirPlaces) {
