@@ -103,8 +103,8 @@ struct TermsOfTriangles {
     }
 };
 
-/// (B^T M B + damping) x = B^T M gaps over the vertices that move, B being each used term's weights, M
-/// what distances count along the sample's normal and across. Row by row, so that rows can be computed side by side.
+/// (B^T M B + damping) x = B^T M gaps over the vertices that move, B being each used term's weights, M what
+/// distances count along the sample's normal and across. Row by row, so that rows can be computed side by side.
 class NormalEquations {
  public:
     NormalEquations(const std::vector<Sample>& samples, const std::vector<Term>& terms,
@@ -224,8 +224,8 @@ std::vector<Term> terms_on(const std::vector<Vec3>& positions, const std::vector
             const Face& f = triangles[hit.face];
             const Vec3 n = normalized(scaled_normal(positions, f));
             const auto& w = hit.barycentric;
-            // A sample of the far side of a thin wall must not pull at this side.
             const Vec3 on = positions[f[0]] * w[0] + positions[f[1]] * w[1] + positions[f[2]] * w[2];
+            // A sample of the far side of a thin wall must not pull at this side.
             terms[k] = {to_float(samples[k].point - on), dot(n, samples[k].normal) > 0.3 ? hit.face : kNone,
                         to_floats(w)};
         }

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "codec/measure/surface_error.h"
 #include "codec/mesh/refine.h"
 
 namespace mvw {
