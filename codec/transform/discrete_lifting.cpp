@@ -5,108 +5,127 @@
 
 namespace mvw {
 
-namespace {
-
-using Column = std::vector<std::pair<std::uint32_t, double>>;
-
-/// Sorts by row and adds up repeated rows.
-void compress(Column& column) {
-    std::sort(column.begin(), column.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < column.size(); ++i) {
-        if (kept > 0 && column[kept - 1].first == column[i].first)
-            column[kept - 1].second += column[i].second;
-        else
-            column[kept++] = column[i];
-    }
-    column.resize(kept);
-}
-
-double product(const Column& a, const Column& b) {
-    double sum = 0;
-    for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
-        if (a[i].first < b[k].first)
-            ++i;
-        else if (b[k].first < a[i].first)
-            ++k;
-        else
-            sum += a[i++].second * b[k++].second;
-    }
-    return sum;
-}
-
-}  // namespace
-
-DiscreteLifting::DiscreteLifting(const Level& level, PredictRule rule, double s) : level_(level), rule_(rule) {
+DiscreteLifting::DiscreteLifting(const Level& level, PredictRule rule, double s)
+    : level_(level),
+      rule_(rule),
+      sums_(level.vertex_count),
+      places_(level.vertex_count, kNone) {
     // Seeded rules are lifted with the weights of the rule without shape components.
     if (rule == PredictRule::Seeded || rule == PredictRule::SeededNormal) rule_ = PredictRule::Interp;
-    const auto E = static_cast<std::uint32_t>(level.edges.size());
+    product_runs_.fill(std::vector<Run>(level.vertex_count, {kNone, 0}));
+    list_rows(s);
+    list_uses();
+}
+
+void DiscreteLifting::list_rows(double s) {
+    const auto E = static_cast<std::uint32_t>(level_.edges.size());
+    terms_.reserve(std::size_t{10} * E + level_.vertex_count);
+    first_term_.reserve(E + level_.vertex_count + 1);
+    first_term_.push_back(0);
+    const auto end_row = [&] { first_term_.push_back(static_cast<std::uint32_t>(terms_.size())); };
     std::vector<Term> terms;
-    std::vector<std::size_t> end_of_edge;
-    edge_of_odd_.resize(E);
     for (std::uint32_t e = 0; e < E; ++e) {
-        predict_terms(level, e, rule_, s, terms);
-        end_of_edge.push_back(terms.size());
-        edge_of_odd_[level.edges[e].odd - level.vertex_count] = e;
+        terms.clear();
+        predict_terms(level_, e, rule_, s, terms);
+        for (const Term& t : terms) terms_.push_back({t.vertex, t.position});
+        end_row();
     }
-    first_use_.assign(level.vertex_count + 1, 0);
-    for (const Term& t : terms) ++first_use_[t.vertex + 1];
-    for (std::uint32_t v = 0; v < level.vertex_count; ++v) first_use_[v + 1] += first_use_[v];
-    uses_.resize(terms.size());
-    columns_.resize(level.vertex_count);
-    products_.resize(level.vertex_count);
-    std::vector<std::uint32_t> place(first_use_.begin(), first_use_.end() - 1);
-    for (std::uint32_t e = 0, t = 0; e < E; ++e)
-        for (; t < end_of_edge[e]; ++t) uses_[place[terms[t].vertex]++] = {e, terms[t].position};
-}
-
-Column DiscreteLifting::column_of_vertex(std::uint32_t v, bool curve) const {
-    Column column;
-    for (std::uint32_t u = first_use_[v]; u < first_use_[v + 1]; ++u) {
-        const Level::Edge& edge = level_.edges[uses_[u].first];
-        if (!curve || edge.sharp) column.emplace_back(edge.odd, uses_[u].second);
-    }
-    compress(column);
-    if (rule_ == PredictRule::Loop) add_loop_even(column);
-    const double own = rule_ == PredictRule::Loop ? loop_even(level_, v).a : 1.0;
-    column.emplace_back(v, own);
-    compress(column);
-    return column;
-}
-
-Column DiscreteLifting::column_of_edge(std::uint32_t e) const {
-    Column column{{level_.edges[e].odd, 1.0}};
-    if (rule_ == PredictRule::Loop) add_loop_even(column);
-    compress(column);
-    return column;
-}
-
-void DiscreteLifting::add_loop_even(Column& odd) const {
-    const std::size_t count = odd.size();
     std::vector<std::uint32_t> around;
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::uint32_t e = edge_of_odd_[odd[i].first - level_.vertex_count];
-        for (const std::uint32_t v : {level_.from(level_.edges[e].half), level_.to(level_.edges[e].half)}) {
+    for (std::uint32_t v = 0; v < level_.vertex_count; ++v) {
+        const LoopEven even = rule_ == PredictRule::Loop ? loop_even(level_, v) : LoopEven{1, 0};
+        terms_.push_back({v, even.a});
+        if (rule_ == PredictRule::Loop) {
             loop_edges(level_, v, around);
-            if (std::find(around.begin(), around.end(), e) != around.end())
-                odd.emplace_back(v, loop_even(level_, v).b * odd[i].second);
+            for (const std::uint32_t e : around)
+                for (std::uint32_t t = first_term_[e]; t < first_term_[e + 1]; ++t)
+                    terms_.push_back({terms_[t].at, even.b * terms_[t].weight});
         }
+        end_row();
     }
 }
 
-const DiscreteLifting::Column& DiscreteLifting::kept_column(std::uint32_t v) const {
-    Column& column = columns_[v];
-    if (column.empty()) column = column_of_vertex(v, false);
-    return column;
+void DiscreteLifting::list_uses() {
+    first_use_.assign(level_.vertex_count + 1, 0);
+    for (const Entry& t : terms_) ++first_use_[t.at + 1];
+    for (std::uint32_t v = 0; v < level_.vertex_count; ++v) first_use_[v + 1] += first_use_[v];
+    uses_.resize(terms_.size());
+    std::vector<std::uint32_t> place(first_use_.begin(), first_use_.end() - 1);
+    for (std::uint32_t r = 0; r + 1 < first_term_.size(); ++r)
+        for (const Entry& t : row(r)) uses_[place[t.at]++] = {r, t.weight};
 }
 
-double DiscreteLifting::kept_product(std::uint32_t v, std::uint32_t w) const {
-    auto& products = products_[std::min(v, w)];
-    const std::uint32_t other = std::max(v, w);
-    for (const auto& [vertex, value] : products)
-        if (vertex == other) return value;
-    products.emplace_back(other, product(kept_column(v), kept_column(w)));
-    return products.back().second;
+/// Whether a row takes part in inner products along sharp edges.
+bool DiscreteLifting::on_curve(std::uint32_t r) const {
+    const auto E = static_cast<std::uint32_t>(level_.edges.size());
+    return r < E ? level_.edges[r].sharp : level_.sharp(r - E);
+}
+
+/// <phi_v, phi_w> of all w where it is not zero, v first.
+std::span<const DiscreteLifting::Entry> DiscreteLifting::products(std::uint32_t v, bool curve) const {
+    auto& [first, count] = product_runs_[curve ? 1 : 0][v];
+    if (first == kNone) {
+        first = static_cast<std::uint32_t>(products_.size());
+        products_.push_back({v, 0});
+        for (const Entry& use : uses(v)) {
+            if (curve && !on_curve(use.at)) continue;
+            for (const Entry& t : row(use.at)) {
+                // Listed again after a sum of zero: then with zero.
+                if (sums_[t.at] == 0 && t.at != v) products_.push_back({t.at, 0});
+                sums_[t.at] += use.weight * t.weight;
+            }
+        }
+        for (Entry& entry : std::span(products_).subspan(first)) {
+            entry.weight = sums_[entry.at];
+            sums_[entry.at] = 0;
+        }
+        count = static_cast<std::uint32_t>(products_.size()) - first;
+    }
+    return std::span(products_).subspan(first, count);
+}
+
+/// <phi_v, phi_w> of two vertices whose rows are too long to go through for each edge.
+double DiscreteLifting::product(std::uint32_t v, std::uint32_t w, bool curve) const {
+    const auto [known, is_new] = hub_products_[curve ? 1 : 0].try_emplace(std::minmax(v, w), 0.0);
+    if (is_new)
+        for (const Entry& entry : products(v, curve))
+            if (entry.at == w) known->second += entry.weight;
+    return known->second;
+}
+
+/// The lower triangle.
+void DiscreteLifting::fill_matrix(std::span<const std::uint32_t> lift_template, bool curve) const {
+    constexpr std::size_t kLong = 256;
+    const std::size_t n = lift_template.size();
+    const auto at = [&](std::size_t i, std::size_t k) -> double& { return matrix_[n * std::max(i, k) + std::min(i, k)]; };
+    std::vector<std::size_t> hubs;
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::span<const Entry> row = products(lift_template[i], curve);
+        at(i, i) = row[0].weight;
+        if (row.size() > kLong) {
+            for (const std::size_t k : hubs) at(i, k) = product(lift_template[i], lift_template[k], curve);
+            hubs.push_back(i);
+            continue;
+        }
+        for (const Entry& entry : row.subspan(1))
+            if (const std::uint32_t place = places_[entry.at]; place != kNone && entry.weight != 0)
+                at(i, place) = entry.weight;
+    }
+}
+
+/// -<phi_e, phi_i>: a detail shows at its own vertex and, by Loop's even rule, at both ends.
+void DiscreteLifting::fill_side(std::uint32_t edge) const {
+    const auto add = [&](std::uint32_t r, double scale) {
+        for (const Entry& t : row(r))
+            if (const std::uint32_t place = places_[t.at]; place != kNone) side_[place] -= scale * t.weight;
+    };
+    add(edge, 1);
+    if (rule_ != PredictRule::Loop) return;
+    const auto E = static_cast<std::uint32_t>(level_.edges.size());
+    std::vector<std::uint32_t> around;
+    for (const std::uint32_t v : {level_.from(level_.edges[edge].half), level_.to(level_.edges[edge].half)}) {
+        loop_edges(level_, v, around);
+        if (std::find(around.begin(), around.end(), edge) != around.end()) add(E + v, loop_even(level_, v).b);
+    }
 }
 
 void DiscreteLifting::weights(std::uint32_t edge, bool four, std::vector<LiftTerm>& out) const {
@@ -115,27 +134,15 @@ void DiscreteLifting::weights(std::uint32_t edge, bool four, std::vector<LiftTer
 
 void DiscreteLifting::weights(std::uint32_t edge, const std::vector<std::uint32_t>& lift_template,
                               std::vector<LiftTerm>& out) const {
-    const bool curve = level_.edges[edge].sharp;
     const std::size_t n = lift_template.size();
-    const Column own = column_of_edge(edge);
-    std::vector<double> A(n * n), w(n);
-    if (curve) {
-        std::vector<Column> columns;
-        columns.reserve(n);
-        for (const std::uint32_t v : lift_template) columns.push_back(column_of_vertex(v, true));
-        for (std::size_t i = 0; i < n; ++i) {
-            for (std::size_t k = 0; k <= i; ++k) A[n * i + k] = A[n * k + i] = product(columns[i], columns[k]);
-            w[i] = -product(own, columns[i]);
-        }
-    } else {
-        for (std::size_t i = 0; i < n; ++i) {
-            for (std::size_t k = 0; k <= i; ++k)
-                A[n * i + k] = A[n * k + i] = kept_product(lift_template[i], lift_template[k]);
-            w[i] = -product(own, kept_column(lift_template[i]));
-        }
-    }
-    solve_positive_definite(A, w);
-    for (std::size_t i = 0; i < n; ++i) out.push_back({lift_template[i], w[i]});
+    matrix_.assign(n * n, 0);
+    side_.assign(n, 0);
+    for (std::uint32_t i = 0; i < n; ++i) places_[lift_template[i]] = i;
+    fill_matrix(lift_template, level_.edges[edge].sharp);
+    fill_side(edge);
+    for (const std::uint32_t v : lift_template) places_[v] = kNone;
+    solve_positive_definite(matrix_, side_);
+    for (std::size_t i = 0; i < n; ++i) out.push_back({lift_template[i], side_[i]});
 }
 
 std::vector<std::uint32_t> lifting_template(const Level& level, std::uint32_t edge, bool four) {

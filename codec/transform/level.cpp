@@ -1,7 +1,5 @@
 #include "codec/transform/level.h"
 
-#include <unordered_map>
-
 namespace mvw {
 
 namespace {
@@ -39,16 +37,39 @@ void add_faces(Level& level, const BaseMesh& base, unsigned j, std::span<const s
             }
 }
 
+/// Half-edges by the vertex they start at.
+struct Starts {
+    std::vector<std::uint32_t> first, halves;
+
+    explicit Starts(const Level& level) : first(level.vertex_count + 1), halves(3 * level.faces.size()) {
+        for (const Face& f : level.faces)
+            for (const std::uint32_t v : f) ++first[v + 1];
+        for (std::uint32_t v = 0; v < level.vertex_count; ++v) first[v + 1] += first[v];
+        std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
+        for (std::uint32_t h = 0; h < halves.size(); ++h) halves[place[level.from(h)]++] = h;
+    }
+    [[nodiscard]] std::span<const std::uint32_t> at(std::uint32_t v) const {
+        return std::span(halves).subspan(first[v], first[v + 1] - first[v]);
+    }
+    /// The half-edge from a to b, kNone where there is none. Looks around the end that has fewer: a hub's spokes cost
+    /// no more than others.
+    [[nodiscard]] std::uint32_t find(const Level& level, std::uint32_t a, std::uint32_t b) const {
+        if (at(a).size() <= at(b).size()) {
+            for (const std::uint32_t h : at(a))
+                if (level.to(h) == b) return h;
+            return kNone;
+        }
+        for (const std::uint32_t h : at(b))
+            if (level.tip(h) == a) return Level::prev(h);
+        return kNone;
+    }
+};
+
 void join_half_edges(Level& level) {
-    std::unordered_map<std::uint64_t, std::uint32_t> half_of;
     const auto halves = static_cast<std::uint32_t>(3 * level.faces.size());
-    half_of.reserve(halves);
-    const auto key = [](std::uint32_t a, std::uint32_t b) { return (std::uint64_t{a} << 32) | b; };
-    for (std::uint32_t h = 0; h < halves; ++h) half_of.emplace(key(level.from(h), level.to(h)), h);
+    const Starts starts(level);
     level.twin.assign(halves, kNone);
-    for (std::uint32_t h = 0; h < halves; ++h)
-        if (const auto it = half_of.find(key(level.to(h), level.from(h))); it != half_of.end())
-            level.twin[h] = it->second;
+    for (std::uint32_t h = 0; h < halves; ++h) level.twin[h] = starts.find(level, level.to(h), level.from(h));
     level.edge_of.assign(halves, kNone);
     for (std::uint32_t e = 0; e < level.edges.size(); ++e) {
         const std::uint32_t h = level.edges[e].half;

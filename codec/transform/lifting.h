@@ -4,6 +4,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -54,22 +56,43 @@ class DiscreteLifting {
     void weights(std::uint32_t edge, const std::vector<std::uint32_t>& lift_template, std::vector<LiftTerm>& out) const;
 
  private:
-    using Column = std::vector<std::pair<std::uint32_t, double>>;  // fine vertex (hierarchical), coefficient; sorted
-    [[nodiscard]] Column column_of_vertex(std::uint32_t v, bool curve) const;
-    [[nodiscard]] const Column& kept_column(std::uint32_t v) const;
-    [[nodiscard]] double kept_product(std::uint32_t v, std::uint32_t w) const;
-    [[nodiscard]] Column column_of_edge(std::uint32_t e) const;
-    void add_loop_even(Column& odd) const;
+    /// Row r of the subdivision matrix P says how the finer level's vertex r comes from coarse ones: rows [0, E) are
+    /// edges' new vertices, row E + v is that of vertex v itself. phi_v is column v of P, <phi_v, phi_w> entry (v, w)
+    /// of P^T P.
+    struct Entry {
+        std::uint32_t at;  // a row, or a coarse vertex
+        double weight;
+    };
+    [[nodiscard]] std::span<const Entry> row(std::uint32_t r) const {
+        return std::span(terms_).subspan(first_term_[r], first_term_[r + 1] - first_term_[r]);
+    }
+    /// The rows that hold a vertex.
+    [[nodiscard]] std::span<const Entry> uses(std::uint32_t v) const {
+        return std::span(uses_).subspan(first_use_[v], first_use_[v + 1] - first_use_[v]);
+    }
+    using Run = std::array<std::uint32_t, 2>;  // first, count
+    void list_rows(double s);
+    void list_uses();
+    [[nodiscard]] bool on_curve(std::uint32_t r) const;
+    [[nodiscard]] std::span<const Entry> products(std::uint32_t v, bool curve) const;
+    [[nodiscard]] double product(std::uint32_t v, std::uint32_t w, bool curve) const;
+    void fill_matrix(std::span<const std::uint32_t> lift_template, bool curve) const;
+    void fill_side(std::uint32_t edge) const;
 
     const Level& level_;
     PredictRule rule_;
-    std::vector<std::uint32_t> first_use_;                // V + 1
-    std::vector<std::pair<std::uint32_t, double>> uses_;  // of each vertex: edges predicted from it, weight
-    std::vector<std::uint32_t> edge_of_odd_;              // by odd - V
-    // Of vertices, not along curves: their columns, empty before they are asked for, and the products of each with
-    // those above it that have been.
-    mutable std::vector<Column> columns_;
-    mutable std::vector<std::vector<std::pair<std::uint32_t, double>>> products_;
+    std::vector<std::uint32_t> first_term_, first_use_;
+    std::vector<Entry> terms_, uses_;
+
+    // Rows of P^T P that have been asked for, the diagonal first: of all rows of P, and of those on curves alone. A run
+    // begins at kNone before.
+    mutable std::array<std::vector<Run>, 2> product_runs_;
+    mutable std::vector<Entry> products_;
+    // Single entries between vertices whose rows are long, by the smaller vertex and the larger one.
+    mutable std::array<std::map<std::pair<std::uint32_t, std::uint32_t>, double>, 2> hub_products_;
+    // Scratch: a sum for each vertex, zero between uses; each vertex' place in the template, kNone outside; the system.
+    mutable std::vector<double> sums_, matrix_, side_;
+    mutable std::vector<std::uint32_t> places_;
 };
 
 /// The template of an edge (see DiscreteLifting::weights), without repeats.
