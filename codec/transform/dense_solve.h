@@ -7,8 +7,8 @@
 
 namespace mvw {
 
-/// Replaces b by the solution of A x = b. A: n x n, symmetric positive definite, row by row, of which only the lower triangle is
-/// read; destroyed (Cholesky).
+/// Replaces b by the solution of A x = b. A: n x n, symmetric positive definite, row by row, of which only the lower
+/// triangle is read; destroyed (Cholesky).
 inline void solve_positive_definite(std::vector<double>& A, std::vector<double>& b) {
     const std::size_t n = b.size();
     assert(A.size() == n * n);

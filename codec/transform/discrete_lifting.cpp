@@ -6,10 +6,7 @@
 namespace mvw {
 
 DiscreteLifting::DiscreteLifting(const Level& level, PredictRule rule, double s)
-    : level_(level),
-      rule_(rule),
-      sums_(level.vertex_count),
-      places_(level.vertex_count, kNone) {
+    : level_(level), rule_(rule), slots_(level.vertex_count, kNone), places_(level.vertex_count, kNone) {
     // Seeded rules are lifted with the weights of the rule without shape components.
     if (rule == PredictRule::Seeded || rule == PredictRule::SeededNormal) rule_ = PredictRule::Interp;
     product_runs_.fill(std::vector<Run>(level.vertex_count, {kNone, 0}));
@@ -65,20 +62,19 @@ std::span<const DiscreteLifting::Entry> DiscreteLifting::products(std::uint32_t 
     auto& [first, count] = product_runs_[curve ? 1 : 0][v];
     if (first == kNone) {
         first = static_cast<std::uint32_t>(products_.size());
+        count = 1;
         products_.push_back({v, 0});
+        slots_[v] = first;
         for (const Entry& use : uses(v)) {
             if (curve && !on_curve(use.at)) continue;
             for (const Entry& t : row(use.at)) {
-                // Listed again after a sum of zero: then with zero.
-                if (sums_[t.at] == 0 && t.at != v) products_.push_back({t.at, 0});
-                sums_[t.at] += use.weight * t.weight;
+                if (slots_[t.at] - first >= count) {  // not of this row, or of none
+                    slots_[t.at] = first + count++;
+                    products_.push_back({t.at, 0});
+                }
+                products_[slots_[t.at]].weight += use.weight * t.weight;
             }
         }
-        for (Entry& entry : std::span(products_).subspan(first)) {
-            entry.weight = sums_[entry.at];
-            sums_[entry.at] = 0;
-        }
-        count = static_cast<std::uint32_t>(products_.size()) - first;
     }
     return std::span(products_).subspan(first, count);
 }
@@ -92,24 +88,26 @@ double DiscreteLifting::product(std::uint32_t v, std::uint32_t w, bool curve) co
     return known->second;
 }
 
-/// The lower triangle.
+/// Row by row, but for the upper triangle of hubs' rows.
 void DiscreteLifting::fill_matrix(std::span<const std::uint32_t> lift_template, bool curve) const {
     constexpr std::size_t kLong = 256;
     const std::size_t n = lift_template.size();
-    const auto at = [&](std::size_t i, std::size_t k) -> double& { return matrix_[n * std::max(i, k) + std::min(i, k)]; };
     std::vector<std::size_t> hubs;
     for (std::size_t i = 0; i < n; ++i) {
+        double* const out = matrix_.data() + n * i;
         const std::span<const Entry> row = products(lift_template[i], curve);
-        at(i, i) = row[0].weight;
+        out[i] = row[0].weight;
         if (row.size() > kLong) {
-            for (const std::size_t k : hubs) at(i, k) = product(lift_template[i], lift_template[k], curve);
+            for (const std::size_t k : hubs) out[k] = product(lift_template[i], lift_template[k], curve);
             hubs.push_back(i);
             continue;
         }
-        for (const Entry& entry : row.subspan(1))
-            if (const std::uint32_t place = places_[entry.at]; place != kNone && entry.weight != 0)
-                at(i, place) = entry.weight;
+        for (const Entry& entry : row)
+            if (const std::uint32_t place = places_[entry.at]; place != kNone) out[place] = entry.weight;
     }
+    for (const std::size_t i : hubs)
+        for (std::size_t k = 0; k < i; ++k)
+            if (std::find(hubs.begin(), hubs.end(), k) == hubs.end()) matrix_[n * i + k] = matrix_[n * k + i];
 }
 
 /// -<phi_e, phi_i>: a detail shows at its own vertex and, by Loop's even rule, at both ends.

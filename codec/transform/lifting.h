@@ -90,9 +90,9 @@ class DiscreteLifting {
     mutable std::vector<Entry> products_;
     // Single entries between vertices whose rows are long, by the smaller vertex and the larger one.
     mutable std::array<std::map<std::pair<std::uint32_t, std::uint32_t>, double>, 2> hub_products_;
-    // Scratch: a sum for each vertex, zero between uses; each vertex' place in the template, kNone outside; the system.
-    mutable std::vector<double> sums_, matrix_, side_;
-    mutable std::vector<std::uint32_t> places_;
+    // Where each vertex was last put among products_. Scratch: its place in the template, kNone outside; the system.
+    mutable std::vector<std::uint32_t> slots_, places_;
+    mutable std::vector<double> matrix_, side_;
 };
 
 /// The template of an edge (see DiscreteLifting::weights), without repeats.

@@ -49,30 +49,28 @@ std::array<std::uint32_t, 10> ten_vertices(const TenPoints& p) {
             p.wings[1], p.wings[2], p.wings[3], p.far[0], p.far[1]};
 }
 
-ListedStencil stencil_of(const Tools& tools, std::uint32_t e) {
-    const Level::Edge& edge = tools.level.edges[e];
+void add_stencil(const Tools& tools, std::uint32_t e, ListedStencils& out) {
     const auto name = [&](std::uint32_t v) { return tools.names.vertices[v]; };
-    ListedStencil result{
-        tools.names.edges[e], {name(tools.level.from(edge.half)), name(tools.level.to(edge.half))}, edge.sharp, {}, {}};
+    const TransformOptions& options = tools.options;
     std::vector<Term> terms;
-    predict_terms(tools.level, e, predict_rule(tools.options.kind), tools.options.s, terms);
-    for (const Term& t : terms) result.terms.push_back({name(t.vertex), t.position, t.shape});
-    if (tools.options.kind == TransformKind::Vector && is_ordinary(tools.level, e)) {
+    predict_terms(tools.level, e, predict_rule(options.kind), options.s, terms);
+    for (const Term& t : terms) out.terms.push_back({name(t.vertex), t.position, t.shape});
+    const bool ordinary = is_ordinary(tools.level, e);
+    const auto add_ten = [&](const TenWeights& weights, const auto& add) {
         const auto vertices = ten_vertices(tools.level.ten_points(e));
-        const auto values = ten_values(kVectorShape);
-        for (std::size_t i = 0; i < 10; ++i) result.terms.push_back({name(vertices[i]), 0, values[i]});
+        const auto values = ten_values(weights);
+        for (std::size_t i = 0; i < 10; ++i) add(name(vertices[i]), values[i]);
+    };
+    if (options.kind == TransformKind::Vector && ordinary)
+        add_ten(kVectorShape, [&](const GridVertex& v, double value) { out.terms.push_back({v, 0, value}); });
+    if (!is_lazy(options.kind) && ordinary)
+        add_ten(tools.ordinary, [&](const GridVertex& v, double value) { out.lifts.push_back({v, value}); });
+    if (!is_lazy(options.kind) && !ordinary) {
+        std::vector<LiftTerm> lifts;
+        tools.lifting.weights(e, options.kind == TransformKind::Loop && options.loop_template == 4, lifts);
+        for (const LiftTerm& t : lifts) out.lifts.push_back({name(t.vertex), t.weight});
     }
-    if (is_lazy(tools.options.kind)) return result;
-    if (is_ordinary(tools.level, e)) {
-        const auto vertices = ten_vertices(tools.level.ten_points(e));
-        const auto values = ten_values(tools.ordinary);
-        for (std::size_t i = 0; i < 10; ++i) result.lifts.push_back({name(vertices[i]), values[i]});
-        return result;
-    }
-    std::vector<LiftTerm> lifts;
-    tools.lifting.weights(e, tools.options.kind == TransformKind::Loop && tools.options.loop_template == 4, lifts);
-    for (const LiftTerm& t : lifts) result.lifts.push_back({name(t.vertex), t.weight});
-    return result;
+    out.end_edge(tools.names.edges[e], tools.level.edges[e].sharp);
 }
 
 /// The base vertex that an edge lies nearest to.
@@ -92,15 +90,29 @@ GridEdge moved(const GridEdge& e, int m, int n, Place place) {
     return edge_between(a.face, barycentric(a.i, a.k, n), barycentric(b.i, b.k, n));
 }
 
-/// The stencil with each of its points moved by `place`, from a level of m to one of n points a side.
+/// Adds stencil e of `from` with each of its points moved by `place`, from a level of m to one of n points a side.
 template <typename Place>
-ListedStencil moved(const ListedStencil& s, int m, int n, Place place) {
+void add_moved(const ListedStencils& from, std::size_t e, int m, int n, Place place, ListedStencils& out) {
     const auto vertex = [&](const GridVertex& v) { return place(v.face, barycentric(v.i, v.k, m)); };
-    ListedStencil result = s;
-    result.edge = moved(s.edge, m, n, place);
-    for (GridVertex& v : result.ends) v = vertex(v);
-    for (auto& term : result.terms) term.vertex = vertex(term.vertex);
-    for (auto& lift : result.lifts) lift.vertex = vertex(lift.vertex);
+    for (const auto& t : from.terms_of(e)) out.terms.push_back({vertex(t.vertex), t.position, t.shape});
+    for (const auto& l : from.lifts_of(e)) out.lifts.push_back({vertex(l.vertex), l.weight});
+    out.end_edge(moved(from.edges[e].edge, m, n, place), from.edges[e].sharp);
+}
+
+/// The listed stencils of a level of a small mesh: those of its edges for which keep(edge) holds.
+template <typename Keep>
+ListedStencils stencils_where(const BaseMesh& base, unsigned j, const TransformOptions& options,
+                              std::span<const std::uint8_t> creases, Keep keep) {
+    const Level level = make_level(base, j, creases);
+    const Names names = grid_names(base, level, 1 << j);
+    const DiscreteLifting lifting(level, predict_rule(options.kind), options.s);
+    const Tools tools{level, names, lifting, options, ordinary_lifting(options)};
+    ListedStencils result;
+    for (std::uint32_t e = 0; e < level.edges.size(); ++e) {
+        const std::uint32_t a = level.from(level.edges[e].half), b = level.to(level.edges[e].half);
+        const bool listed = a < base.vertex_count() || b < base.vertex_count() || level.sharp(a) || level.sharp(b);
+        if (listed && keep(names.edges[e])) add_stencil(tools, e, result);
+    }
     return result;
 }
 
@@ -115,15 +127,12 @@ BaseMesh middle_base(bool crease) {
 }
 
 /// The edges at kMiddle along side 0 of face 0 and from it into that face: along, up, slanted back.
-std::vector<ListedStencil> middle_stencils(bool crease, const TransformOptions& options) {
+ListedStencils middle_stencils(bool crease, const TransformOptions& options) {
     const BaseMesh base = middle_base(crease);
     std::vector<std::uint8_t> creases(base.edge_count());
     creases[0] = crease ? 1 : 0;
-    const ListedStencils all = explicit_stencils(base, kMiddleLevel, options, creases);
-    std::vector<ListedStencil> result;
-    for (const ListedStencil& s : all.edges)
-        if (s.edge.face == 0 && s.edge.i == kMiddle && s.edge.k == 0) result.push_back(s);
-    return result;
+    return stencils_where(base, kMiddleLevel, options, creases,
+                          [](const GridEdge& e) { return e.face == 0 && e.i == kMiddle && e.k == 0; });
 }
 
 /// A fan around base vertex 0: closed, or open with one spoke more than faces.
@@ -142,26 +151,15 @@ ListedStencils fan_stencils(const std::vector<std::uint8_t>& signature, const Tr
     for (std::uint32_t e = 0; e < base.edge_count(); ++e)
         for (const auto& [hub, rim] : {std::pair{0, 1}, std::pair{1, 0}})
             if (base.edges()[e].v[hub] == 0) creases[e] = signature[base.edges()[e].v[rim]];
-    ListedStencils all = explicit_stencils(base, kFanLevel, options, creases);
-    std::erase_if(all.edges, [&](const ListedStencil& s) { return nearest_corner(base, s.edge, 1 << kFanLevel) != 0; });
-    return all;
+    return stencils_where(base, kFanLevel, options, creases,
+                          [&](const GridEdge& e) { return nearest_corner(base, e, 1 << kFanLevel) == 0; });
 }
 
 }  // namespace
 
 ListedStencils explicit_stencils(const BaseMesh& base, unsigned j, const TransformOptions& options,
                                  std::span<const std::uint8_t> creases) {
-    const Level level = make_level(base, j, creases);
-    const Names names = grid_names(base, level, 1 << j);
-    const DiscreteLifting lifting(level, predict_rule(options.kind), options.s);
-    const Tools tools{level, names, lifting, options, ordinary_lifting(options)};
-    ListedStencils result;
-    for (std::uint32_t e = 0; e < level.edges.size(); ++e) {
-        const std::uint32_t a = level.from(level.edges[e].half), b = level.to(level.edges[e].half);
-        if (a < base.vertex_count() || b < base.vertex_count() || level.sharp(a) || level.sharp(b))
-            result.edges.push_back(stencil_of(tools, e));
-    }
-    return result;
+    return stencils_where(base, j, options, creases, [](const GridEdge&) { return true; });
 }
 
 CarriedStencils::CarriedStencils(const GridTopology& topology, const TransformOptions& options,
@@ -225,7 +223,8 @@ void CarriedStencils::add_corner(const Fan& fan, int n, ListedStencils& out) con
         r[(corner + 2) % 3] = b[2];
         return GridVertex{face, r[1], r[2]};
     };
-    for (const ListedStencil& s : kinds_[fan.kind].edges) out.edges.push_back(moved(s, m, n, place));
+    const ListedStencils& kind = kinds_[fan.kind];
+    for (std::size_t e = 0; e < kind.edges.size(); ++e) add_moved(kind, e, m, n, place, out);
 }
 
 void CarriedStencils::add_middles(int n, ListedStencils& out) const {
@@ -236,17 +235,18 @@ void CarriedStencils::add_middles(int n, ListedStencils& out) const {
             const std::uint32_t e = base.edge_of(f, side);
             if (sharp_[e] == 0) continue;
             const bool boundary = base.edges()[e].face[1] == kNone;
-            for (int t = near_end; t < n - near_end; ++t)
-                for (const ListedStencil& s : middles_[boundary ? 0 : 1]) {
-                    if (s.sharp && !topology_.owns_side(f, side)) continue;
-                    out.edges.push_back(moved(s, m, n, [&](std::uint32_t, const Barycentric& b) {
-                        Barycentric r{};
-                        r[side] = b[0] + (n - m) - (t - kMiddle);
-                        r[(side + 1) % 3] = b[1] + t - kMiddle;
-                        r[(side + 2) % 3] = b[2];
-                        return GridVertex{f, r[1], r[2]};
-                    }));
-                }
+            const ListedStencils& middle = middles_[boundary ? 0 : 1];
+            for (int t = near_end; t < n - near_end; ++t) {
+                const auto place = [&](std::uint32_t, const Barycentric& b) {
+                    Barycentric r{};
+                    r[side] = b[0] + (n - m) - (t - kMiddle);
+                    r[(side + 1) % 3] = b[1] + t - kMiddle;
+                    r[(side + 2) % 3] = b[2];
+                    return GridVertex{f, r[1], r[2]};
+                };
+                for (std::size_t i = 0; i < middle.edges.size(); ++i)
+                    if (!middle.edges[i].sharp || topology_.owns_side(f, side)) add_moved(middle, i, m, n, place, out);
+            }
         }
 }
 

@@ -1,6 +1,7 @@
 // The stencils of listed edges in grid coordinates, found on explicit connectivity of a coarse level and carried over
 // to finer ones: around a base vertex, and along a sharp side far from its ends, all fine levels look alike.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "codec/transform/lifting.h"
@@ -8,7 +9,7 @@
 
 namespace mvw {
 
-struct ListedStencil {
+struct ListedStencils {
     struct Term {
         GridVertex vertex;
         double position, shape;  // for Vector, shape is what its second component takes from the positions
@@ -17,14 +18,28 @@ struct ListedStencil {
         GridVertex vertex;
         double weight;
     };
-    GridEdge edge;
-    std::array<GridVertex, 2> ends;
-    bool sharp;
+    struct Edge {
+        GridEdge edge;
+        bool sharp;
+        std::uint32_t last_term, last_lift;  // past its own, which begin where those of the edge before end
+    };
+    std::vector<Edge> edges;
     std::vector<Term> terms;
     std::vector<Lift> lifts;
-};
-struct ListedStencils {
-    std::vector<ListedStencil> edges;
+
+    [[nodiscard]] std::span<const Term> terms_of(std::size_t e) const {
+        const std::uint32_t first = e == 0 ? 0 : edges[e - 1].last_term;
+        return std::span(terms).subspan(first, edges[e].last_term - first);
+    }
+    [[nodiscard]] std::span<const Lift> lifts_of(std::size_t e) const {
+        const std::uint32_t first = e == 0 ? 0 : edges[e - 1].last_lift;
+        return std::span(lifts).subspan(first, edges[e].last_lift - first);
+    }
+    /// The terms and lifts added since the last edge are this one's.
+    void end_edge(const GridEdge& edge, bool sharp) {
+        edges.push_back(
+            {edge, sharp, static_cast<std::uint32_t>(terms.size()), static_cast<std::uint32_t>(lifts.size())});
+    }
 };
 
 // From this level on (n = 8) stencils near a base vertex no longer see a second one.
@@ -62,7 +77,7 @@ class CarriedStencils {
     std::vector<Fan> fans_;
     std::vector<std::vector<std::uint8_t>> signatures_;  // closed or not, then whether each spoke is sharp
     std::vector<ListedStencils> kinds_;
-    std::array<std::vector<ListedStencil>, 2> middles_;  // of a boundary, of a crease
+    std::array<ListedStencils, 2> middles_;  // of a boundary, of a crease
 };
 
 }  // namespace mvw

@@ -1,9 +1,10 @@
 #include "codec/transform/patch/plan.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
+#include <string_view>
 #include <tuple>
+#include <unordered_set>
 
 #include "codec/transform/patch/listed_stencils.h"
 
@@ -16,15 +17,42 @@ class SharedRows {
  public:
     explicit SharedRows(std::vector<float>& kept) : kept_(kept) {}
     /// Where the row begins among those kept.
-    std::uint32_t place(const std::vector<float>& row) {
-        const auto [at, is_new] = places_.try_emplace(row, static_cast<std::uint32_t>(kept_.size()));
-        if (is_new) kept_.insert(kept_.end(), row.begin(), row.end());
-        return at->second;
+    std::uint32_t place(std::span<const float> row) {
+        const auto known = rows_.find(row);
+        if (known != rows_.end()) return known->first;
+        const Row added{static_cast<std::uint32_t>(kept_.size()), static_cast<std::uint32_t>(row.size())};
+        kept_.insert(kept_.end(), row.begin(), row.end());
+        rows_.insert(added);
+        return added.first;
     }
 
  private:
+    struct Row {
+        std::uint32_t first, count;
+    };
+    [[nodiscard]] std::span<const float> values(const Row& row) const {
+        return std::span(kept_).subspan(row.first, row.count);
+    }
+    [[nodiscard]] std::span<const float> values(std::span<const float> row) const { return row; }
+    struct Hash {
+        using is_transparent = void;
+        const SharedRows* rows;
+        std::size_t operator()(const auto& row) const {
+            const std::span<const float> values = rows->values(row);
+            const std::string_view bytes(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+            return std::hash<std::string_view>{}(bytes);
+        }
+    };
+    struct Equal {
+        using is_transparent = void;
+        const SharedRows* rows;
+        bool operator()(const auto& a, const auto& b) const {
+            return std::ranges::equal(rows->values(a), rows->values(b));
+        }
+    };
+
     std::vector<float>& kept_;
-    std::map<std::vector<float>, std::uint32_t> places_;
+    std::unordered_set<Row, Hash, Equal> rows_{0, Hash{this}, Equal{this}};
 };
 
 class PlanBuilder {
@@ -42,7 +70,7 @@ class PlanBuilder {
         fix_vertices();
         place_runs();
         list_edges(stencils);
-        list_targets();
+        list_targets(stencils);
         list_corners(creases);
         plan_.fixes.shrink_to_fit();
         plan_.collected_fixes.shrink_to_fit();
@@ -153,59 +181,75 @@ class PlanBuilder {
         }
     }
 
+    /// Moves items into the order of face_of(item), equal ones as they were, and says where each face's begin.
+    template <typename T, typename FaceOf>
+    PatchRuns sort_by_face(std::vector<T>& items, FaceOf face_of) const {
+        PatchRuns first(faces() + 1);
+        for (const T& item : items) ++first[face_of(item) + 1];
+        for (std::uint32_t f = 0; f < faces(); ++f) first[f + 1] += first[f];
+        PatchRuns place(first.begin(), first.end() - 1);
+        std::vector<T> sorted(items.size());
+        for (const T& item : items) sorted[place[face_of(item)]++] = item;
+        items = std::move(sorted);
+        return first;
+    }
+
     void list_edges(const ListedStencils& stencils) {
-        for (const ListedStencil& s : stencils.edges) order_.push_back(&s);
-        const auto face_of = [&](const ListedStencil* s) { return topology_.owner(s->edge, n_).face; };
-        std::stable_sort(order_.begin(), order_.end(),
-                         [&](const auto* a, const auto* b) { return face_of(a) < face_of(b); });
-        plan_.first_listed.assign(faces() + 1, 0);
+        for (std::uint32_t e = 0; e < stencils.edges.size(); ++e)
+            order_.push_back({topology_.owner(stencils.edges[e].edge, n_), e});
+        plan_.first_listed = sort_by_face(order_, [](const Listed& l) { return l.edge.face; });
         SharedRows rows(plan_.listed_weights);
         std::vector<float> weights;
-        for (const ListedStencil* s : order_) {
-            ++plan_.first_listed[face_of(s) + 1];
+        plan_.listed.reserve(order_.size());
+        plan_.listed_vertices.reserve(stencils.terms.size());
+        for (const auto& [edge, stencil] : order_) {
             weights.clear();
-            for (const auto& t : s->terms) {
+            for (const auto& t : stencils.terms_of(stencil)) {
                 plan_.listed_vertices.push_back(offset(owned(t.vertex)));
                 weights.push_back(static_cast<float>(t.position));
                 weights.push_back(static_cast<float>(t.shape));
             }
-            const GridEdge edge = topology_.owner(s->edge, n_);
             plan_.listed.push_back({plan_.layout.edge(edge.plane, edge.i, edge.k) + edge.face % plan_.layout.lanes,
                                     static_cast<std::uint32_t>(plan_.listed_vertices.size()), rows.place(weights),
-                                    s->sharp ? 0u : 1u});
+                                    stencils.edges[stencil].sharp ? 0u : 1u});
         }
-        for (std::uint32_t f = 0; f < faces(); ++f) plan_.first_listed[f + 1] += plan_.first_listed[f];
     }
 
-    void list_targets() {
+    void list_targets(const ListedStencils& stencils) {
         struct Entry {
             std::uint32_t face, vertex, listed;
             float weight;
         };
         std::vector<Entry> entries;
+        entries.reserve(stencils.lifts.size());
         for (std::uint32_t i = 0; i < order_.size(); ++i)
-            for (const auto& lift : order_[i]->lifts) {
+            for (const auto& lift : stencils.lifts_of(order_[i].stencil)) {
                 const GridVertex v = owned(lift.vertex);
                 entries.push_back({v.face, offset(v), i, static_cast<float>(lift.weight)});
             }
-        // By weight within a vertex, so that many have the same row of weights.
-        std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-            return std::tie(a.face, a.vertex, a.weight, a.listed) < std::tie(b.face, b.vertex, b.weight, b.listed);
-        });
-        plan_.first_target.assign(faces() + 1, 0);
+        const PatchRuns first_entry = sort_by_face(entries, [](const Entry& e) { return e.face; });
+        plan_.first_target.push_back(0);
+        plan_.sources.reserve(entries.size());
         SharedRows rows(plan_.source_weights);
         std::vector<float> weights;
-        for (std::size_t first = 0, last = 0; first < entries.size(); first = last) {
-            weights.clear();
-            for (; last < entries.size() && entries[last].vertex == entries[first].vertex; ++last) {
-                plan_.sources.push_back(entries[last].listed);
-                weights.push_back(entries[last].weight);
+        for (std::uint32_t f = 0; f < faces(); ++f) {
+            const std::span<Entry> of_face =
+                std::span(entries).subspan(first_entry[f], first_entry[f + 1] - first_entry[f]);
+            // By weight within a vertex, so that many have the same row of weights.
+            std::sort(of_face.begin(), of_face.end(), [](const Entry& a, const Entry& b) {
+                return std::tie(a.vertex, a.weight, a.listed) < std::tie(b.vertex, b.weight, b.listed);
+            });
+            for (std::size_t first = 0, last = 0; first < of_face.size(); first = last) {
+                weights.clear();
+                for (; last < of_face.size() && of_face[last].vertex == of_face[first].vertex; ++last) {
+                    plan_.sources.push_back(of_face[last].listed);
+                    weights.push_back(of_face[last].weight);
+                }
+                plan_.targets.push_back(
+                    {of_face[first].vertex, static_cast<std::uint32_t>(plan_.sources.size()), rows.place(weights)});
             }
-            ++plan_.first_target[entries[first].face + 1];
-            plan_.targets.push_back(
-                {entries[first].vertex, static_cast<std::uint32_t>(plan_.sources.size()), rows.place(weights)});
+            plan_.first_target.push_back(static_cast<std::uint32_t>(plan_.targets.size()));
         }
-        for (std::uint32_t f = 0; f < faces(); ++f) plan_.first_target[f + 1] += plan_.first_target[f];
     }
 
     void list_corners(std::span<const std::uint8_t> creases) {
@@ -275,7 +319,11 @@ class PlanBuilder {
     int n_;
     const TransformOptions& options_;
     LevelPlan plan_;
-    std::vector<const ListedStencil*> order_;
+    struct Listed {
+        GridEdge edge;  // its owner's
+        std::uint32_t stencil;
+    };
+    std::vector<Listed> order_;  // by face
 };
 
 template <typename T>
