@@ -137,7 +137,7 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
     ByteReader in(payload);
     const GeometryFront front = read_geometry_front(in);
     if (!in.ok() && whole) return malformed("a chunk is too short");
-    if (!in.ok()) return Taken::Dropped;
+    if (!in.ok() || (!whole && in.remaining() < front.least_bytes)) return Taken::Dropped;
     const Result<Readiness> ready = readiness(id, front);
     if (!ready.ok()) return ready.error();
     if (*ready == Readiness::Waits && whole) {

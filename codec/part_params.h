@@ -109,11 +109,11 @@ inline std::uint8_t error_to_code(double error) {
 
 /// Front of a Geometry payload: what its planes build on.
 struct GeometryFront {
-    static constexpr std::size_t kBytes = 2;
     std::uint8_t error_code = 0;
-    unsigned top_plane = 0;     // of this chunk; it goes down to layers - 1 - layer
-    bool starts = false;        // the block's first chunk
-    bool needs_parent = false;  // the block one level below must be there down to one plane above the lowest here
+    unsigned top_plane = 0;         // of this chunk; it goes down to layers - 1 - layer
+    bool starts = false;            // the block's first chunk
+    bool needs_parent = false;      // the block one level below must be there down to one plane above the lowest here
+    std::uint64_t least_bytes = 0;  // behind this front, of which a cut chunk is of no use with fewer
 };
 inline GeometryFront read_geometry_front(ByteReader& in) {
     GeometryFront front;
@@ -122,11 +122,14 @@ inline GeometryFront read_geometry_front(ByteReader& in) {
     front.top_plane = bits & 31;
     front.starts = (bits & 32) != 0;
     front.needs_parent = (bits & 64) != 0;
+    if ((bits & 128) != 0) front.least_bytes = in.varint();
     return front;
 }
 inline void write_geometry_front(ByteWriter& out, const GeometryFront& front) {
     out.u8(front.error_code);
-    out.u8(static_cast<std::uint8_t>(front.top_plane | (front.starts ? 32u : 0u) | (front.needs_parent ? 64u : 0u)));
+    out.u8(static_cast<std::uint8_t>(front.top_plane | (front.starts ? 32u : 0u) | (front.needs_parent ? 64u : 0u) |
+                                     (front.least_bytes > 0 ? 128u : 0u)));
+    if (front.least_bytes > 0) out.varint(front.least_bytes);
 }
 
 }  // namespace mvw

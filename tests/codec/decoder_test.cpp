@@ -9,6 +9,7 @@
 #include "codec/container/enc_file.h"
 #include "codec/dec_part.h"
 #include "codec/measure/surface_error.h"
+#include "codec/part_params.h"
 #include "tests/support/encoded_models.h"
 #include "tests/support/semi_regular_models.h"
 
@@ -55,6 +56,48 @@ TEST(Decoder, EveryTruncationGivesTheBestMeshOfItsBytes) {
         best = std::min(best, rms);
     }
     EXPECT_LT(best, 6e-4);
+}
+
+/// A file of this one's header and chunks, with each first chunk of a level above 0 asking for `least` bytes.
+Bytes asking_for(const Bytes& file, std::uint64_t least) {
+    const Toc toc = toc_of(file);
+    std::vector<Bytes> payloads;
+    std::vector<ChunkToWrite> chunks;
+    for (const ChunkEntry& c : toc.chunks) {
+        const ByteSpan payload = ByteSpan(file).subspan(c.offset, c.length);
+        payloads.emplace_back(payload.begin(), payload.end());
+        if (c.id.channel != Channel::Geometry || c.id.level == 0) continue;
+        ByteReader in(payload);
+        GeometryFront front = read_geometry_front(in);
+        if (!front.starts) continue;
+        front.least_bytes = least;
+        ByteWriter out;
+        write_geometry_front(out, front);
+        out.bytes(in.bytes(in.remaining()));
+        payloads.back() = out.take();
+    }
+    for (std::size_t i = 0; i < payloads.size(); ++i)
+        chunks.push_back({toc.chunks[i].id, payloads[i], toc.chunks[i].error});
+    return write_file(toc.header, chunks).value();
+}
+
+TEST(Decoder, ACutChunkOfFewerThanItsLeastBytesIsNotShown) {
+    constexpr std::uint64_t kLeast = 20;
+    const Bytes file = asking_for(small_file().file, kLeast);
+    EXPECT_TRUE(same(decode(file).value(), decode(small_file().file).value()));
+    unsigned asking = 0, shown = 0;
+    for (const ChunkEntry& c : toc_of(file).chunks) {
+        if (c.id.channel != Channel::Geometry || c.id.level == 0) continue;
+        ByteReader in(ByteSpan(file).subspan(c.offset, c.length));
+        if (read_geometry_front(in).least_bytes == 0 || in.remaining() <= kLeast) continue;
+        ++asking;
+        const std::size_t front = c.length - in.remaining();
+        const Mesh none = decode(ByteSpan(file).first(c.offset)).value();
+        EXPECT_TRUE(same(none, decode(ByteSpan(file).first(c.offset + front + kLeast - 1)).value()));
+        shown += same(none, decode(ByteSpan(file).first(c.offset + front + kLeast)).value()) ? 0 : 1;
+    }
+    EXPECT_GT(asking, 0u);
+    EXPECT_EQ(shown, asking);
 }
 
 TEST(Decoder, ChunksInAnyOrderGiveTheSameMesh) {

@@ -1,0 +1,73 @@
+#include "codec/enc_least_bytes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "codec/container/toc.h"
+#include "codec/decoder.h"
+#include "codec/part_params.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr std::uint32_t kSamples = 30'000, kVertexStride = 10;
+constexpr std::array kShares{0.08, 0.2, 0.35, 0.5, 0.7, 0.85};  // of a chunk's bytes
+constexpr std::size_t kMostWork = 2'000'000;                    // vertices measured
+
+bool starts_details(const PlannedChunk& chunk) {
+    if (chunk.id.channel != Channel::Geometry || chunk.id.level == 0) return false;
+    ByteReader in(chunk.payload);
+    return read_geometry_front(in).starts;
+}
+
+void say(std::size_t least_bytes, PlannedChunk& chunk) {
+    ByteReader in(chunk.payload);
+    GeometryFront front = read_geometry_front(in);
+    front.least_bytes = least_bytes;
+    ByteWriter out;
+    write_geometry_front(out, front);
+    out.bytes(in.bytes(in.remaining()));
+    chunk.payload = out.take();
+}
+
+/// RMS error of a file's beginning; infinite where it shows nothing.
+double error_of(const EncoderInput& input, ByteSpan beginning, unsigned threads) {
+    const Result<Mesh> mesh = decode(beginning);
+    if (!mesh.ok() || !measurable(*mesh)) return INFINITY;
+    return input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
+}
+
+/// The share of a chunk's bytes from which on no beginning is worse than none of the chunk: 0 for all of them, else the
+/// second of kShares of which that is so, as it was seen at these alone; 1 for none.
+double least_share(const EncoderInput& input, ByteSpan file, const ChunkEntry& chunk, unsigned threads) {
+    const auto error_with = [&](double share) {
+        return error_of(input, file.first(chunk.offset + static_cast<std::size_t>(share * chunk.length)), threads);
+    };
+    const double most = error_with(0);
+    std::size_t good = kShares.size();
+    while (good > 0 && error_with(kShares[good - 1]) <= most) --good;
+    if (good == 0) return 0;
+    return good + 1 < kShares.size() ? kShares[good + 1] : 1;
+}
+
+}  // namespace
+
+void say_least_bytes(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan, unsigned threads) {
+    const FileHeader header = *read_header(file);
+    const Toc toc = *read_toc(header, file.subspan(header.index_offset), file.size());
+    std::size_t vertices = 0;
+    for (const PartInfo& p : header.parts)
+        vertices += vertices_at_level(p.base_vertices, p.base_edges, p.base_faces, p.levels);
+    const auto first_chunks = static_cast<std::size_t>(std::ranges::count_if(plan, starts_details));
+    if (vertices * first_chunks * kShares.size() > kMostWork) return;
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+        if (!starts_details(plan[i])) continue;
+        const double share = least_share(input, file, toc.chunks[i], threads);
+        const auto bytes = static_cast<std::size_t>(share * toc.chunks[i].length);
+        if (share > 0) say(bytes, plan[i]);
+    }
+}
+
+}  // namespace mvw
