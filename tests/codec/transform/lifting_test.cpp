@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "tests/codec/transform/bases.h"
 
 namespace mvw {
@@ -110,6 +112,60 @@ TEST(DiscreteLifting, SolvesTheMidpointRuleOnASurface) {
     const double determinant = 2.5 * 1.75 - 0.0625;
     EXPECT_NEAR(terms[0].weight, -(0.5 * 1.75 - 0.125) / determinant, 1e-14);
     EXPECT_NEAR(terms[1].weight, -(0.5 * 2.5 - 0.125) / determinant, 1e-14);
+}
+
+/// Two hubs, n spokes each to a common rim: vertices 0 and 1, then the rim.
+BaseMesh bipyramid(std::uint32_t n) {
+    std::vector<Face> faces;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const std::uint32_t a = 2 + i, b = 2 + (i + 1) % n;
+        faces.push_back({0, a, b});
+        faces.push_back({1, b, a});
+    }
+    return BaseMesh::create(n + 2, std::move(faces)).value();
+}
+
+/// phi_v on the next level, vertex by vertex, by the interpolating rule.
+std::vector<double> response_of(const Level& level, std::uint32_t v) {
+    std::vector<double> phi(level.vertex_count + level.edges.size());
+    phi[v] = 1;
+    std::vector<Term> terms;
+    for (std::uint32_t e = 0; e < level.edges.size(); ++e) {
+        terms.clear();
+        predict_terms(level, e, PredictRule::Interp, 1, terms);
+        for (const Term& t : terms)
+            if (t.vertex == v) phi[level.edges[e].odd] += t.position;
+    }
+    return phi;
+}
+
+// A rim edge has both hubs in its template, a spoke one: rows too long to go through for each edge.
+TEST(DiscreteLifting, WaveletsBesideHubsAreOrthogonalToTheTemplate) {
+    const BaseMesh base = bipyramid(300);
+    for (const unsigned j : {0u, 1u}) {
+        const Level level = make_level(base, j, {});
+        const DiscreteLifting lifting(level, PredictRule::Interp, 1);
+        const auto point = [&](std::uint32_t i) {
+            return vertex_index(base, 2 * i, j, 0, 1);
+        };  // of side 2, from the hub
+        const std::vector<std::uint32_t> edges{edge_between(level, 0, point(0)), edge_between(level, 0, point(7)),
+                                               edge_between(level, point(3), point(4))};
+        for (const std::uint32_t edge : edges) {
+            ASSERT_NE(edge, kNone);
+            std::vector<LiftTerm> terms;
+            lifting.weights(edge, false, terms);
+            std::vector<double> wavelet(level.vertex_count + level.edges.size());
+            wavelet[level.edges[edge].odd] = 1;
+            for (const LiftTerm& t : terms) {
+                const std::vector<double> phi = response_of(level, t.vertex);
+                for (std::size_t i = 0; i < phi.size(); ++i) wavelet[i] += t.weight * phi[i];
+            }
+            for (const LiftTerm& t : terms) {
+                const std::vector<double> phi = response_of(level, t.vertex);
+                EXPECT_NEAR(std::inner_product(phi.begin(), phi.end(), wavelet.begin(), 0.0), 0, 1e-9) << t.vertex;
+            }
+        }
+    }
 }
 
 }  // namespace
