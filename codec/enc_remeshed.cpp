@@ -395,9 +395,11 @@ Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
     State& s = *state_;
     s.source.adaptations.clear();  // memory
     order_by_measure(s.source.input, s.coded.file, s.coded.plan, options);
-    const Result<Bytes> ordered = write_file(s.coded.model.header, to_write(s.coded.plan));
-    if (!ordered.ok()) return ordered.error();
-    say_least_bytes(s.source.input, *ordered, s.coded.plan, options.threads);
+    if (options.profile != Profile::Fast) {  // whose cut chunks show nothing
+        const Result<Bytes> ordered = write_file(s.coded.model.header, to_write(s.coded.plan));
+        if (!ordered.ok()) return ordered.error();
+        say_least_bytes(s.source.input, *ordered, s.coded.plan, options.threads);
+    }
     const SurfaceError error = measure_errors(s.source.input, s.coded.file, s.coded.plan, options);
     if (const Result<void> r = add_original(s.source.input.mesh(), s.coded.model.header, options, s.coded.plan);
         !r.ok())

@@ -1,5 +1,7 @@
 #include "codec/transform/level.h"
 
+#include <algorithm>
+
 namespace mvw {
 
 namespace {
@@ -37,39 +39,39 @@ void add_faces(Level& level, const BaseMesh& base, unsigned j, std::span<const s
             }
 }
 
-/// Half-edges by the vertex they start at.
-struct Starts {
-    std::vector<std::uint32_t> first, halves;
-
-    explicit Starts(const Level& level) : first(level.vertex_count + 1), halves(3 * level.faces.size()) {
+/// Half-edges by the vertex they start at, then by the one they end at.
+class Starts {
+ public:
+    explicit Starts(const Level& level)
+        : level_(level), first_(level.vertex_count + 1), halves_(3 * level.faces.size()) {
         for (const Face& f : level.faces)
-            for (const std::uint32_t v : f) ++first[v + 1];
-        for (std::uint32_t v = 0; v < level.vertex_count; ++v) first[v + 1] += first[v];
-        std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
-        for (std::uint32_t h = 0; h < halves.size(); ++h) halves[place[level.from(h)]++] = h;
+            for (const std::uint32_t v : f) ++first_[v + 1];
+        for (std::uint32_t v = 0; v < level.vertex_count; ++v) first_[v + 1] += first_[v];
+        std::vector<std::uint32_t> by_end(halves_.size()), place(level.vertex_count + 1);
+        for (std::uint32_t h = 0; h < halves_.size(); ++h) ++place[level.to(h) + 1];
+        for (std::uint32_t v = 0; v < level.vertex_count; ++v) place[v + 1] += place[v];
+        for (std::uint32_t h = 0; h < halves_.size(); ++h) by_end[place[level.to(h)]++] = h;
+        place.assign(first_.begin(), first_.end());
+        for (const std::uint32_t h : by_end) halves_[place[level.from(h)]++] = h;
     }
-    [[nodiscard]] std::span<const std::uint32_t> at(std::uint32_t v) const {
-        return std::span(halves).subspan(first[v], first[v + 1] - first[v]);
+    /// The half-edge from a to b, kNone where there is none.
+    [[nodiscard]] std::uint32_t find(std::uint32_t a, std::uint32_t b) const {
+        const auto end = halves_.begin() + first_[a + 1];
+        const auto found = std::lower_bound(halves_.begin() + first_[a], end, b,
+                                            [&](std::uint32_t h, std::uint32_t v) { return level_.to(h) < v; });
+        return found != end && level_.to(*found) == b ? *found : kNone;
     }
-    /// The half-edge from a to b, kNone where there is none. Looks around the end that has fewer: a hub's spokes cost
-    /// no more than others.
-    [[nodiscard]] std::uint32_t find(const Level& level, std::uint32_t a, std::uint32_t b) const {
-        if (at(a).size() <= at(b).size()) {
-            for (const std::uint32_t h : at(a))
-                if (level.to(h) == b) return h;
-            return kNone;
-        }
-        for (const std::uint32_t h : at(b))
-            if (level.tip(h) == a) return Level::prev(h);
-        return kNone;
-    }
+
+ private:
+    const Level& level_;
+    std::vector<std::uint32_t> first_, halves_;
 };
 
 void join_half_edges(Level& level) {
     const auto halves = static_cast<std::uint32_t>(3 * level.faces.size());
     const Starts starts(level);
     level.twin.assign(halves, kNone);
-    for (std::uint32_t h = 0; h < halves; ++h) level.twin[h] = starts.find(level, level.to(h), level.from(h));
+    for (std::uint32_t h = 0; h < halves; ++h) level.twin[h] = starts.find(level.to(h), level.from(h));
     level.edge_of.assign(halves, kNone);
     for (std::uint32_t e = 0; e < level.edges.size(); ++e) {
         const std::uint32_t h = level.edges[e].half;

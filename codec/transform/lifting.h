@@ -66,18 +66,21 @@ class DiscreteLifting {
     [[nodiscard]] std::span<const Entry> row(std::uint32_t r) const {
         return std::span(terms_).subspan(first_term_[r], first_term_[r + 1] - first_term_[r]);
     }
-    /// The rows that hold a vertex.
+    /// The rows that hold a vertex, rising.
     [[nodiscard]] std::span<const Entry> uses(std::uint32_t v) const {
         return std::span(uses_).subspan(first_use_[v], first_use_[v + 1] - first_use_[v]);
     }
     using Run = std::array<std::uint32_t, 2>;  // first, count
     void list_rows(double s);
     void list_uses();
-    [[nodiscard]] bool on_curve(std::uint32_t r) const;
+    void end_row();
+    [[nodiscard]] bool counts_along_curves(std::uint32_t r) const;
+    [[nodiscard]] bool is_hub(std::uint32_t v) const;
+    [[nodiscard]] double term(std::uint32_t r, std::uint32_t v) const;
     [[nodiscard]] std::span<const Entry> products(std::uint32_t v, bool curve) const;
-    [[nodiscard]] double product(std::uint32_t v, std::uint32_t w, bool curve) const;
+    [[nodiscard]] double hub_product(std::uint32_t v, std::uint32_t w, bool curve) const;
     void fill_matrix(std::span<const std::uint32_t> lift_template, bool curve) const;
-    void fill_side(std::uint32_t edge) const;
+    void fill_side(std::uint32_t edge, std::span<const std::uint32_t> lift_template) const;
 
     const Level& level_;
     PredictRule rule_;
@@ -88,7 +91,8 @@ class DiscreteLifting {
     // begins at kNone before.
     mutable std::array<std::vector<Run>, 2> product_runs_;
     mutable std::vector<Entry> products_;
-    // Single entries between vertices whose rows are long, by the smaller vertex and the larger one.
+    mutable std::vector<std::array<bool, 2>> hubs_;  // of each vertex: whether it is known, whether it is one
+    // Single entries between hubs, by the smaller vertex and the larger one.
     mutable std::array<std::map<std::pair<std::uint32_t, std::uint32_t>, double>, 2> hub_products_;
     // Where each vertex was last put among products_. Scratch: its place in the template, kNone outside; the system.
     mutable std::vector<std::uint32_t> slots_, places_;

@@ -1,6 +1,7 @@
 #include "codec/transform/patch/listed_stencils.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace mvw {
 
@@ -36,7 +37,7 @@ Names grid_names(const BaseMesh& base, const Level& level, int n) {
 struct Tools {
     const Level& level;
     const Names& names;
-    const DiscreteLifting& lifting;
+    const std::optional<DiscreteLifting>& lifting;  // none for lazy transforms
     const TransformOptions& options;
     TenWeights ordinary;
 };
@@ -67,7 +68,7 @@ void add_stencil(const Tools& tools, std::uint32_t e, ListedStencils& out) {
         add_ten(tools.ordinary, [&](const GridVertex& v, double value) { out.lifts.push_back({v, value}); });
     if (!is_lazy(options.kind) && !ordinary) {
         std::vector<LiftTerm> lifts;
-        tools.lifting.weights(e, options.kind == TransformKind::Loop && options.loop_template == 4, lifts);
+        tools.lifting->weights(e, options.kind == TransformKind::Loop && options.loop_template == 4, lifts);
         for (const LiftTerm& t : lifts) out.lifts.push_back({name(t.vertex), t.weight});
     }
     out.end_edge(tools.names.edges[e], tools.level.edges[e].sharp);
@@ -105,7 +106,8 @@ ListedStencils stencils_where(const BaseMesh& base, unsigned j, const TransformO
                               std::span<const std::uint8_t> creases, Keep keep) {
     const Level level = make_level(base, j, creases);
     const Names names = grid_names(base, level, 1 << j);
-    const DiscreteLifting lifting(level, predict_rule(options.kind), options.s);
+    std::optional<DiscreteLifting> lifting;
+    if (!is_lazy(options.kind)) lifting.emplace(level, predict_rule(options.kind), options.s);
     const Tools tools{level, names, lifting, options, ordinary_lifting(options)};
     ListedStencils result;
     for (std::uint32_t e = 0; e < level.edges.size(); ++e) {

@@ -16,6 +16,8 @@ namespace {
 class SharedRows {
  public:
     explicit SharedRows(std::vector<float>& kept) : kept_(kept) {}
+    SharedRows(const SharedRows&) = delete;
+    SharedRows& operator=(const SharedRows&) = delete;
     /// Where the row begins among those kept.
     std::uint32_t place(std::span<const float> row) {
         const auto known = rows_.find(row);
@@ -34,21 +36,19 @@ class SharedRows {
         return std::span(kept_).subspan(row.first, row.count);
     }
     [[nodiscard]] std::span<const float> values(std::span<const float> row) const { return row; }
+    [[nodiscard]] std::string_view bytes(const auto& row) const {
+        const std::span<const float> of = values(row);
+        return {reinterpret_cast<const char*>(of.data()), of.size_bytes()};
+    }
     struct Hash {
         using is_transparent = void;
         const SharedRows* rows;
-        std::size_t operator()(const auto& row) const {
-            const std::span<const float> values = rows->values(row);
-            const std::string_view bytes(reinterpret_cast<const char*>(values.data()), values.size_bytes());
-            return std::hash<std::string_view>{}(bytes);
-        }
+        std::size_t operator()(const auto& row) const { return std::hash<std::string_view>{}(rows->bytes(row)); }
     };
     struct Equal {
         using is_transparent = void;
         const SharedRows* rows;
-        bool operator()(const auto& a, const auto& b) const {
-            return std::ranges::equal(rows->values(a), rows->values(b));
-        }
+        bool operator()(const auto& a, const auto& b) const { return rows->bytes(a) == rows->bytes(b); }
     };
 
     std::vector<float>& kept_;
