@@ -10,19 +10,19 @@
 
 namespace mvw {
 
-namespace {
-
-constexpr std::uint32_t kSamplesOnTheWay = 10'000;
-constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
-constexpr std::size_t kFewChunks = 48;            // measured at each
-constexpr std::uint64_t kManyVertices = 150'000;  // measured at fewer points
-
 std::uint64_t vertices_of(const FileHeader& header) {
     std::uint64_t vertices = 0;
     for (const PartInfo& p : header.parts)
         vertices += vertices_at_level(p.base_vertices, p.base_edges, p.base_faces, p.levels);
     return vertices;
 }
+
+namespace {
+
+constexpr std::uint32_t kSamplesOnTheWay = 10'000;
+constexpr std::uint32_t kSamplesAtTheEnd = 300'000;
+constexpr std::size_t kFewChunks = 48;            // measured at each
+constexpr std::uint64_t kManyVertices = 150'000;  // measured at fewer points
 
 struct Point {
     std::size_t chunk;

@@ -2,11 +2,15 @@
 #pragma once
 #include <vector>
 
+#include "codec/container/toc.h"
 #include "codec/enc_input.h"
 #include "codec/enc_order.h"
 #include "codec/encoder.h"
 
 namespace mvw {
+
+/// Of all parts at their finest levels.
+std::uint64_t vertices_of(const FileHeader& header);
 
 /// file: of the planned chunks. Decodes it chunk after chunk as a client would, measures against `input` wherever the
 /// estimate or the bytes have changed enough, and replaces each chunk's estimated mean squared error by an RMS error,

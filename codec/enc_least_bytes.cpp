@@ -6,6 +6,7 @@
 
 #include "codec/container/toc.h"
 #include "codec/decoder.h"
+#include "codec/enc_errors.h"
 #include "codec/part_params.h"
 
 namespace mvw {
@@ -58,9 +59,7 @@ double least_share(const EncoderInput& input, ByteSpan file, const ChunkEntry& c
 void say_least_bytes(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan, unsigned threads) {
     const FileHeader header = *read_header(file);
     const Toc toc = *read_toc(header, file.subspan(header.index_offset), file.size());
-    std::size_t vertices = 0;
-    for (const PartInfo& p : header.parts)
-        vertices += vertices_at_level(p.base_vertices, p.base_edges, p.base_faces, p.levels);
+    const std::uint64_t vertices = vertices_of(header);
     const auto first_chunks = static_cast<std::size_t>(std::ranges::count_if(plan, starts_details));
     if (vertices * first_chunks * kShares.size() > kMostWork) return;
     for (std::size_t i = 0; i < plan.size(); ++i) {

@@ -6,6 +6,7 @@
 
 #include "codec/container/crc32c.h"
 #include "codec/decoder.h"
+#include "codec/enc_errors.h"
 
 namespace mvw {
 
@@ -68,10 +69,8 @@ void correct_gains(const Course& course, std::vector<PlannedChunk>& plan) {
 
 void order_by_measure(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan,
                       const EncodeOptions& options) {
-    std::size_t vertices = 0;
     const FileHeader header = *read_header(file);
-    for (const PartInfo& p : header.parts)
-        vertices += vertices_at_level(p.base_vertices, p.base_edges, p.base_faces, p.levels);
+    const std::uint64_t vertices = vertices_of(header);
     if (vertices * plan.size() > kMostWork) return;
     Course course = follow(input, file, plan, options.threads);
     for (unsigned round = 0; round < kMostRounds; ++round) {

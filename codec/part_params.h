@@ -113,7 +113,7 @@ struct GeometryFront {
     unsigned top_plane = 0;         // of this chunk; it goes down to layers - 1 - layer
     bool starts = false;            // the block's first chunk
     bool needs_parent = false;      // the block one level below must be there down to one plane above the lowest here
-    std::uint64_t least_bytes = 0;  // behind this front, of which a cut chunk is of no use with fewer
+    std::uint64_t least_bytes = 0;  // behind this front; with fewer a cut chunk is not shown
 };
 inline GeometryFront read_geometry_front(ByteReader& in) {
     GeometryFront front;

@@ -169,7 +169,7 @@ TEST(DiscreteLifting, WaveletsBesideHubsAreOrthogonalToTheTemplate) {
 }
 
 // What a hostile base may ask for: products of all that see a hub would take its valence cubed.
-TEST(DiscreteLifting, TakesHubsOfThousands) {
+TEST(DiscreteLifting, TakesHubsOfAThousandSpokes) {
     const BaseMesh base = bipyramid(1000);
     const Level level = make_level(base, 0, {});
     for (const PredictRule rule : {PredictRule::Interp, PredictRule::Loop, PredictRule::Butterfly}) {
