@@ -22,16 +22,27 @@ fetch_sources() {
     for list in /etc/apt/sources.list.d/*.sources; do
         [ ! -s "$list" ] || sed 's/^Types:.*/Types: deb-src/' "$list" >"$work/parts/$(basename "$list")"
     done
-    local apt=(apt-get -q -o Dir::Etc::SourceList=/dev/null -o Dir::Etc::SourceParts="$work/parts"
+    local apt=(-q -o Dir::Etc::SourceList=/dev/null -o Dir::Etc::SourceParts="$work/parts"
         -o Dir::State::Lists="$work/lists" -o Dir::Cache="$work/cache" -o APT::Sandbox::User="$(id -un)")
-    "${apt[@]}" update >&2
-    (cd "$work" && "${apt[@]}" --download-only source draco libzstd >&2)
+    apt-get "${apt[@]}" update >&2
+    download_source draco
+    download_source libzstd
     mkdir -p "$out/sources/draco" "$out/sources/zstd"
     tar -xJf "$work"/draco_*.orig.tar.xz -C "$out/sources/draco" --strip-components=1 --wildcards '*/src/draco/*'
     tar -xJf "$work"/libzstd_*.orig.tar.xz -C "$out/sources/zstd" --strip-components=1 --wildcards '*/lib/*'
     rm -rf "$work"
     trim_draco "$out/sources/draco/src/draco/compression"
     touch "$out/sources/trimmed"
+}
+
+# The newest version that the mirrors have: one may list an update that it has not got, yet or any more.
+download_source() {
+    local version
+    for version in $(apt-cache "${apt[@]}" showsrc --only-source "$1" | sed -n 's/^Version: //p' | sort -ruV); do
+        (cd "$work" && apt-get "${apt[@]}" --download-only source "$1=$version" >&2) && return
+    done
+    echo "build.sh: no mirror in /etc/apt has the source of $1; try again later" >&2
+    return 1
 }
 
 # What integer positions without metadata (FORMAT.md 4.1) never need; without it the module is smaller.
