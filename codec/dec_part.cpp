@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <functional>
 #include <string>
 
 #include "codec/tiles.h"
@@ -230,22 +231,36 @@ void PartDecoder::visit_queue(std::uint32_t tile, Visit visit) {
     }
 }
 
-/// Tiles do not look at one another, and the transform's tables at none of them.
+/// Tiles do not look at one another, and the transforms' tables at none of them.
 void PartDecoder::settle(unsigned level) {
     std::vector<std::uint32_t> tiles;
     for (const auto& [id, payload] : queue_) tiles.push_back(id.tile);
     std::sort(tiles.begin(), tiles.end());
     tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-    const std::size_t transforms = needs_transform(level) ? 1 : 0, tasks = tiles.size() + transforms;
+    std::vector<std::function<void()>> tasks;
+    std::atomic<std::size_t> tables_left = 0;
+    if (needs_transform(level)) {
+        transform_.reset();  // memory
+        const std::size_t jobs = jobs_for(level, base_->params.transform, tables_);
+        for (std::size_t job = 0; job < jobs; ++job)
+            tasks.emplace_back([this, job, level, &tables_left] {
+                tables_->make(job);
+                if (--tables_left == 0) make_transform(level);
+            });
+        tables_left = jobs;
+        if (jobs == 0) tasks.emplace_back([this, level] { make_transform(level); });
+    }
+    if (needs_attribute_transform(level)) {
+        attribute_transform_.reset();
+        const std::size_t jobs = jobs_for(level, kAttributeTransform, attribute_tables_);
+        for (std::size_t job = 0; job < jobs; ++job) tasks.emplace_back([this, job] { attribute_tables_->make(job); });
+    }
+    for (const std::uint32_t tile : tiles) tasks.emplace_back([this, tile] { settle_tile(tile); });
     std::atomic<std::size_t> next = 0;
     const auto work = [&](unsigned) {
-        for (std::size_t at = next++; at < tasks; at = next++)
-            if (at < transforms)
-                make_transform(level);
-            else
-                settle_tile(tiles[at - transforms]);
+        for (std::size_t at = next++; at < tasks.size(); at = next++) tasks[at]();
     };
-    if (tasks <= 1)
+    if (tasks.size() <= 1)
         work(0);
     else
         workers_.run(work);
@@ -343,8 +358,12 @@ void PartDecoder::append_attributes(unsigned level, std::size_t first_vertex, st
     for (AttributeDecoder& attribute : attributes_) {
         attribute.ensure(vertex_count(level), vertex_count(0));
         if (!attribute_transform_ || attribute_levels_ < level) {
-            attribute_transform_ =
-                std::make_unique<PatchTransform>(base_->mesh, level, kAttributeTransform, base_->creases);
+            if (!attribute_tables_)
+                attribute_tables_ = std::make_shared<TransformTables>(base_->mesh, kAttributeTransform, base_->creases);
+            attribute_transform_.reset();
+            for (std::size_t job = 0, jobs = attribute_tables_->jobs(level); job < jobs; ++job)
+                attribute_tables_->make(job);
+            attribute_transform_ = std::make_unique<PatchTransform>(attribute_tables_, level);
             attribute_levels_ = level;
         }
         attribute.append(*attribute_transform_, level, first_vertex, first_face, out);
@@ -396,23 +415,31 @@ bool PartDecoder::needs_transform(unsigned level) const {
     return !transform_ || transform_levels_ < level || (again && !updates_);
 }
 
+bool PartDecoder::needs_attribute_transform(unsigned level) const {
+    return base_ && !attributes_.empty() && (!attribute_transform_ || attribute_levels_ < level);
+}
+
+/// How many jobs there are to do for `tables`, which are begun where there are none.
+std::size_t PartDecoder::jobs_for(unsigned level, const TransformOptions& options,
+                                  std::shared_ptr<TransformTables>& tables) const {
+    if (!tables) tables = std::make_shared<TransformTables>(base_->mesh, options, base_->creases);
+    return tables->jobs(level);
+}
+
 /// One that can update from the second mesh asked for.
 void PartDecoder::make_transform(unsigned level) {
     const std::size_t V = vertex_count(level);
     updates_ = surface_.size() == V;
     transform_levels_ = level;
-    transform_.reset();
-    transform_ = std::make_unique<PatchTransform>(base_->mesh, level, base_->params.transform, base_->creases,
-                                                  V < kWorthThreads ? 1 : workers_.count(), updates_);
+    transform_ = std::make_unique<PatchTransform>(tables_, level, V < kWorthThreads ? 1 : workers_.count(), updates_);
     changed_level_ = 0;
 }
 
-/// Brings surface_ up to date.
+/// Brings surface_ up to date, once settle(level) has made the transform.
 void PartDecoder::synthesize(unsigned level) {
     const std::size_t V = vertex_count(level);
     const bool again = surface_.size() == V;
     if (again && changed_level_ > level) return;
-    if (needs_transform(level)) make_transform(level);
     const std::span<const Vec3f> coefficients = std::span(coefficients_).first(V);
     surface_.resize(V);
     if (again)

@@ -9,6 +9,7 @@
 #include "codec/entropy/dec_block.h"
 #include "codec/part_units.h"
 #include "codec/transform/integer.h"
+#include "codec/transform/tables.h"
 #include "codec/workers.h"
 
 namespace mvw {
@@ -77,6 +78,9 @@ class PartDecoder {
         return static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
     }
     [[nodiscard]] bool needs_transform(unsigned level) const;
+    [[nodiscard]] bool needs_attribute_transform(unsigned level) const;
+    std::size_t jobs_for(unsigned level, const TransformOptions& options,
+                         std::shared_ptr<TransformTables>& tables) const;
     void make_transform(unsigned level);
     void synthesize(unsigned level);
     void mark_changed(const ChunkId& id);
@@ -121,6 +125,7 @@ class PartDecoder {
     // beginning; waiting for others.
     std::map<ChunkId, Bytes> queue_;
     std::map<ChunkId, Bytes> waiting_;
+    std::shared_ptr<TransformTables> tables_, attribute_tables_;
     std::unique_ptr<PatchTransform> transform_, attribute_transform_;
     unsigned transform_levels_ = 0, attribute_levels_ = 0;
     bool updates_ = false;        // transform_ can update: from the second mesh asked for

@@ -52,6 +52,8 @@ struct LevelGain {
 /// gains[0] of a base vertex, gains[j] of a detail of level j, j = 1 ... levels.
 std::vector<LevelGain> synthesis_gains(const TransformOptions& options, unsigned levels);
 
+class TransformTables;
+
 /// Forward and inverse transform of one semi-regular mesh on the patch grid. Set up once, then reusable: no allocation
 /// afterwards. All arrays are in hierarchical order; a coefficient array holds V(0) coarse positions, then for each
 /// level's new vertices their detail vectors (in local frames or model axes, as the options say).
@@ -72,8 +74,11 @@ std::vector<LevelGain> synthesis_gains(const TransformOptions& options, unsigned
 /// slightly turned frames, a second-order effect.
 class PatchTransform {
  public:
-    /// creases: empty, or one flag for each base edge (the boundary rule predicts along those). updates: keeps what
+    /// The tables must be made for so many levels; no one may make any while this is at work. updates: keeps what
     /// update() needs, about two thirds of the positions' size.
+    PatchTransform(std::shared_ptr<const TransformTables> tables, unsigned levels, unsigned threads = 1,
+                   bool updates = false);
+    /// With tables of its own. creases: empty, or one flag for each base edge (the boundary rule predicts along those).
     PatchTransform(const BaseMesh& base, unsigned levels, const TransformOptions& options,
                    std::span<const std::uint8_t> creases = {}, unsigned threads = 1, bool updates = false);
     ~PatchTransform();
@@ -96,7 +101,7 @@ class PatchTransform {
     void update(std::span<const Vec3f> coefficients, std::span<const std::uint32_t> faces, unsigned first_level,
                 unsigned level, std::span<Vec3f> positions);
 
-    /// Bytes that this holds: buffers and tables.
+    /// Bytes that this holds: buffers, and tables, which it may share.
     [[nodiscard]] std::size_t memory_bytes() const;
 
  private:

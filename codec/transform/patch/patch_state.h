@@ -21,8 +21,7 @@ namespace mvw {
 /// others own (its ghosts among them) is its own edges' share of their lift: the owner collects the shares, then all
 /// copy the owner's result.
 struct PatchTransform::State {
-    State(const BaseMesh& base, unsigned levels, const TransformOptions& options, std::span<const std::uint8_t> creases,
-          unsigned threads, bool updates);
+    State(std::shared_ptr<const TransformTables> tables, unsigned levels, unsigned threads, bool updates);
 
     // The whole transform as worker `w` sees it. `second`: as in PatchTransform, or null.
     void synthesize(unsigned w, const Vec3f* coefficients, const Vec3f* second, unsigned level, Vec3f* positions,
@@ -215,18 +214,18 @@ struct PatchTransform::State {
     [[nodiscard]] std::uint32_t place_in_slots(const std::vector<Pipeline>& pipelines,
                                                std::vector<std::uint32_t>& slots) const;
 
-    GridTopology topology_;
+    const std::shared_ptr<const TransformTables> tables_;
+    const GridTopology& topology_;
     unsigned levels_, lanes_;
     std::uint32_t groups_;
     const Kernels& kernels_;
     std::vector<Link> links_;  // 3 F, by patch
-    TransformOptions options_;
+    const TransformOptions options_;
     PredictRule rule_;
     bool lazy_, seeded_, projected_;
     Weights weights_;
     std::vector<std::uint8_t> sharp_;  // 3 F: side runs along a boundary or crease
     std::vector<std::uint32_t> keep_;  // kKeepCount masks for each group
-    std::vector<LevelPlan> plans_;
     Field positions_, second_;
     Floats normals_, shapes_;
     Floats nothing_, nowhere_;  // stand in for the sides that others own: zeros; for writing, apart for each group

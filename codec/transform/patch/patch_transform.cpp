@@ -4,27 +4,30 @@
 #include <numeric>
 
 #include "codec/transform/patch/patch_state.h"
+#include "codec/transform/tables.h"
 
 namespace mvw {
 
-PatchTransform::State::State(const BaseMesh& base, unsigned levels, const TransformOptions& options,
-                             std::span<const std::uint8_t> creases, unsigned threads, bool updates)
+PatchTransform::State::State(std::shared_ptr<const TransformTables> tables, unsigned levels, unsigned threads,
+                             bool updates)
     : workers(threads),
-      topology_(base),
+      tables_(std::move(tables)),
+      topology_(tables_->topology()),
       levels_(levels),
-      lanes_(lanes_for(base.face_count())),
-      groups_((base.face_count() + lanes_ - 1) / lanes_),
+      lanes_(lanes_for(faces())),
+      groups_((faces() + lanes_ - 1) / lanes_),
       kernels_(mvw::kernels(lanes_)),
-      links_(std::size_t{3} * base.face_count()),
-      options_(options),
-      rule_(predict_rule(options.kind)),
-      lazy_(is_lazy(options.kind)),
+      links_(std::size_t{3} * faces()),
+      options_(tables_->options()),
+      rule_(predict_rule(options_.kind)),
+      lazy_(is_lazy(options_.kind)),
       seeded_(rule_ == PredictRule::Seeded || rule_ == PredictRule::SeededNormal),
       projected_(rule_ == PredictRule::SeededNormal),
-      plans_(make_plans(topology_, levels, options, creases)),
-      corner_normals_(base.vertex_count()),
-      corner_shapes_(base.vertex_count()) {
-    weights_.lift = FloatWeights(ordinary_lifting(options));
+      corner_normals_(topology_.base().vertex_count()),
+      corner_shapes_(topology_.base().vertex_count()) {
+    const BaseMesh& base = topology_.base();
+    const std::span<const std::uint8_t> creases = tables_->creases();
+    weights_.lift = FloatWeights(ordinary_lifting(options_));
     weights_.position = FloatWeights(rule_ == PredictRule::Butterfly ? kButterflyPosition
                                      : rule_ == PredictRule::Loop    ? kLoopPosition
                                                                      : kInterpPosition);
@@ -50,9 +53,9 @@ PatchTransform::State::State(const BaseMesh& base, unsigned levels, const Transf
     const std::uint32_t slots = std::max(place_in_slots(synthesis_pipelines_, synthesis_slots_),
                                          place_in_slots(analysis_pipelines_, analysis_slots_));
     make_field(positions_, updates && rule_ != PredictRule::Loop, slots);
-    if (options.kind == TransformKind::Vector) make_field(second_, false, slots);
+    if (options_.kind == TransformKind::Vector) make_field(second_, false, slots);
     const std::size_t floats = positions_.arrived.back().size();
-    if (projected_ || options.local_frames) normals_ = Floats(floats);
+    if (projected_ || options_.local_frames) normals_ = Floats(floats);
     if (finds_shapes()) shapes_ = Floats(floats);
     nothing_ = Floats(std::size_t{3} << (levels - 1));
     nowhere_ = Floats(groups_ * nothing_.size());
@@ -82,15 +85,16 @@ std::uint32_t PatchTransform::State::place_in_slots(const std::vector<Pipeline>&
 
 void PatchTransform::State::make_field(Field& field, bool updates, std::uint32_t slots) const {
     std::size_t listed = 0;
-    for (const LevelPlan& plan : plans_) {
+    for (unsigned j = 0; j < levels_; ++j) {
+        const LevelPlan& plan = tables_->plan(j);
         field.arrived.emplace_back(std::size_t{groups_} * plan.layout.vertex_floats);
         if (updates) field.lifted.push_back(field.arrived.back());
         listed = std::max(listed, plan.listed.size());
     }
     if (updates) field.shares = field.lifted.back();
-    const std::size_t near = std::min<std::size_t>(plans_.size(), kNearLevel) - 1;
-    field.details = Floats(std::max(std::size_t{groups_} * plans_[near].layout.edge_floats,
-                                    std::size_t{slots} * plans_.back().layout.edge_floats));
+    const unsigned near = std::min(levels_, kNearLevel) - 1;
+    field.details = Floats(std::max(std::size_t{groups_} * tables_->plan(near).layout.edge_floats,
+                                    std::size_t{slots} * tables_->plan(levels_ - 1).layout.edge_floats));
     field.listed.resize(listed);
 }
 
@@ -236,7 +240,7 @@ void PatchTransform::State::hand_over(const LevelPlan& plan, std::uint32_t g, Fi
         store_vertices(plan, g, v, out);
         return;
     }
-    const LevelPlan& next = plans_[plan.level + 1];
+    const LevelPlan& next = tables_->plan(plan.level + 1);
     const bool changed = kernels().interleave(plan.layout, v + vertices_of(plan, g), details_of(field, plan, g),
                                               next.layout, field.arrived[next.level].data() + vertices_of(next, g));
     if (!active_.all) active_.handed[g] = changed ? 1 : 0;
@@ -317,7 +321,7 @@ void PatchTransform::State::synthesize(Stage stage, const Step& step, std::uint3
 void PatchTransform::State::take_over(const LevelPlan& plan, std::uint32_t g, Field& field, const Vec3f* from) {
     float *v = field.arrived[plan.level].data(), *d = details_of(field, plan, g);
     if (plan.level + 1 < levels_) {
-        const LevelPlan& fine = plans_[plan.level + 1];
+        const LevelPlan& fine = tables_->plan(plan.level + 1);
         kernels().deinterleave(fine.layout, lifted(field, fine) + vertices_of(fine, g), plan.layout,
                                v + vertices_of(plan, g), d);
     } else if (from != nullptr) {
@@ -397,13 +401,14 @@ void PatchTransform::State::analyze(Stage stage, const Back& step, std::uint32_t
 void PatchTransform::State::synthesize(unsigned w, const Vec3f* coefficients, const Vec3f* second, unsigned level,
                                        Vec3f* positions, Vec3f* second_out) {
     each_group(w, [&](std::uint32_t g) {
-        load_vertices(plans_[0], g, coefficients, positions_.arrived[0].data());
-        if (second != nullptr) load_vertices(plans_[0], g, second, second_.arrived[0].data());
+        load_vertices(tables_->plan(0), g, coefficients, positions_.arrived[0].data());
+        if (second != nullptr) load_vertices(tables_->plan(0), g, second, second_.arrived[0].data());
     });
     for (unsigned j = 0; j < level; ++j) {
         workers.sync();
         const bool last = j + 1 == level;
-        const Step step{plans_[j], coefficients, second, last ? positions : nullptr, last ? second_out : nullptr};
+        const Step step{tables_->plan(j), coefficients, second, last ? positions : nullptr,
+                        last ? second_out : nullptr};
         if (!active_.all) {
             if (w == 0) choose_active(step.plan);
             workers.sync();
@@ -418,14 +423,14 @@ void PatchTransform::State::synthesize(unsigned w, const Vec3f* coefficients, co
 void PatchTransform::State::analyze(unsigned w, const Vec3f* positions, Vec3f* coefficients, Vec3f* second) {
     if (w == 0) active_.held_level = 0;
     for (unsigned j = levels_; j-- > 0;) {
-        const Back step{plans_[j], positions, coefficients, second};
+        const Back step{tables_->plan(j), positions, coefficients, second};
         run(step.plan, analysis_pipelines_[w],
             [&](unsigned stage, std::uint32_t g) { analyze(analysis_stages_[stage], step, g); });
         workers.sync();
     }
     each_group(w, [&](std::uint32_t g) {
-        store_vertices(plans_[0], g, lifted(positions_, plans_[0]), coefficients);
-        if (second != nullptr) store_vertices(plans_[0], g, lifted(second_, plans_[0]), second);
+        store_vertices(tables_->plan(0), g, lifted(positions_, tables_->plan(0)), coefficients);
+        if (second != nullptr) store_vertices(tables_->plan(0), g, lifted(second_, tables_->plan(0)), second);
     });
 }
 
@@ -438,13 +443,28 @@ std::size_t PatchTransform::State::memory_bytes() const {
         for (const auto& level : field->lifted) floats += level.size();
     }
     std::size_t bytes = floats * sizeof(float);
-    for (const LevelPlan& plan : plans_) bytes += plan.memory_bytes();
+    for (unsigned j = 0; j < levels_; ++j) bytes += tables_->plan(j).memory_bytes();
     return bytes;
 }
 
+namespace {
+
+std::shared_ptr<const TransformTables> made_tables(const BaseMesh& base, unsigned levels,
+                                                   const TransformOptions& options,
+                                                   std::span<const std::uint8_t> creases) {
+    auto tables = std::make_shared<TransformTables>(base, options, creases);
+    tables->make_all(levels);
+    return tables;
+}
+
+}  // namespace
+
+PatchTransform::PatchTransform(std::shared_ptr<const TransformTables> tables, unsigned levels, unsigned threads,
+                               bool updates)
+    : state_(std::make_unique<State>(std::move(tables), levels, threads, updates)) {}
 PatchTransform::PatchTransform(const BaseMesh& base, unsigned levels, const TransformOptions& options,
                                std::span<const std::uint8_t> creases, unsigned threads, bool updates)
-    : state_(std::make_unique<State>(base, levels, options, creases, threads, updates)) {}
+    : PatchTransform(made_tables(base, levels, options, creases), levels, threads, updates) {}
 PatchTransform::~PatchTransform() = default;
 PatchTransform::PatchTransform(PatchTransform&&) noexcept = default;
 PatchTransform& PatchTransform::operator=(PatchTransform&&) noexcept = default;

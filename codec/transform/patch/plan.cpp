@@ -1,12 +1,13 @@
 #include "codec/transform/patch/plan.h"
 
 #include <algorithm>
-#include <optional>
+#include <memory>
 #include <string_view>
 #include <tuple>
 #include <unordered_set>
 
 #include "codec/transform/patch/listed_stencils.h"
+#include "codec/transform/tables.h"
 
 namespace mvw {
 
@@ -364,17 +365,37 @@ LiftTargets LevelPlan::lift_targets(std::uint32_t f) const {
             first == 0 ? 0 : targets[first - 1].last_source, source_weights.data()};
 }
 
-std::vector<LevelPlan> make_plans(const GridTopology& topology, unsigned levels, const TransformOptions& options,
-                                  std::span<const std::uint8_t> creases) {
-    std::vector<LevelPlan> plans;
-    std::optional<CarriedStencils> carried;
-    if (levels > kFanLevel) carried.emplace(topology, options, creases);
-    for (unsigned j = 0; j < levels; ++j)
-        plans.push_back(
-            PlanBuilder(topology, j, options)
-                .build(j < kFanLevel ? explicit_stencils(topology.base(), j, options, creases) : carried->at_level(j),
-                       creases));
-    return plans;
+TransformTables::TransformTables(const BaseMesh& base, const TransformOptions& options,
+                                 std::span<const std::uint8_t> creases)
+    : topology_(std::make_unique<GridTopology>(base)), options_(options), creases_(creases.begin(), creases.end()) {}
+TransformTables::~TransformTables() = default;
+
+std::size_t TransformTables::jobs(unsigned levels) {
+    if (plans_.size() < levels) plans_.resize(levels);
+    levels_ = levels;
+    jobs_.clear();
+    const auto has_plan = [&](unsigned j) { return plans_[j] != nullptr; };
+    for (unsigned j = std::min(levels, kFanLevel); j-- > 0;)  // the longest one first
+        if (!has_plan(j)) jobs_.push_back(j);
+    unsigned fine = kFanLevel;
+    while (fine < levels && has_plan(fine)) ++fine;
+    if (fine < levels) jobs_.push_back(fine);
+    return jobs_.size();
+}
+
+void TransformTables::make(std::size_t job) {
+    const unsigned first = jobs_[job];
+    const auto build = [&](unsigned j, const ListedStencils& stencils) {
+        plans_[j] = std::make_unique<LevelPlan>(PlanBuilder(*topology_, j, options_).build(stencils, creases_));
+    };
+    if (first < kFanLevel) return build(first, explicit_stencils(topology_->base(), first, options_, creases_));
+    if (!carried_) carried_ = std::make_unique<CarriedStencils>(*topology_, options_, creases_);
+    for (unsigned j = first; j < levels_; ++j)
+        if (!plans_[j]) build(j, carried_->at_level(j));
+}
+
+void TransformTables::make_all(unsigned levels) {
+    for (std::size_t job = 0, count = jobs(levels); job < count; ++job) make(job);
 }
 
 }  // namespace mvw

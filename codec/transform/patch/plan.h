@@ -79,8 +79,4 @@ struct LevelPlan {
     [[nodiscard]] std::size_t memory_bytes() const;
 };
 
-/// Plans of the steps from level j to j + 1, j = 0 ... levels - 1.
-std::vector<LevelPlan> make_plans(const GridTopology& topology, unsigned levels, const TransformOptions& options,
-                                  std::span<const std::uint8_t> creases);
-
 }  // namespace mvw

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "codec/transform/reference/reference.h"
+#include "codec/transform/tables.h"
+#include "codec/workers.h"
 #include "tests/codec/transform/bases.h"
 
 namespace mvw {
@@ -98,6 +102,41 @@ TEST(PatchTransform, ResultDoesNotDependOnThreads) {
         // Analysis by Loop amplifies rounding.
         const double scale = predict_rule(options.kind) == PredictRule::Loop ? 1e-3 : 1e-5;
         EXPECT_LT(worst, scale * std::max(1.0, largest(widened(one)))) << k;
+    }
+}
+
+std::vector<Vec3f> surface_of(PatchTransform transform, const std::vector<Vec3f>& coefficients, const BaseMesh& base,
+                              unsigned level) {
+    std::vector<Vec3f> out(vertices_at_level(base, level));
+    transform.synthesize(coefficients, level, out);
+    return out;
+}
+
+TEST(TransformTables, ServeMoreAndMoreLevelsAndAreMadeByAnyThreads) {
+    constexpr unsigned kSteps[] = {1, 4, 2, 6};
+    for (const test::NamedBase& b : test::all_bases()) {
+        SCOPED_TRACE(b.name);
+        const TransformOptions options{.kind = TransformKind::SeededNormal};
+        const std::vector<Vec3f> coefficients = rounded(test::random_positions(vertices_at_level(b.base, 6), 3));
+        const auto tables = std::make_shared<TransformTables>(b.base, options, b.creases);
+        Workers workers(3);
+        unsigned made = 0;
+        std::optional<PatchTransform> first;  // goes on with tables that have grown
+        for (const unsigned levels : kSteps) {
+            const std::size_t jobs = tables->jobs(levels);
+            EXPECT_EQ(jobs > 0, levels > made) << levels;
+            made = std::max(made, levels);
+            workers.run([&](unsigned w) {
+                for (std::size_t job = w; job < jobs; job += workers.count()) tables->make(job);
+            });
+            EXPECT_EQ(surface_of(PatchTransform(tables, levels), coefficients, b.base, levels),
+                      surface_of(PatchTransform(b.base, levels, options, b.creases), coefficients, b.base, levels))
+                << levels;
+            if (!first) first.emplace(tables, 1);
+        }
+        EXPECT_EQ(surface_of(std::move(*first), coefficients, b.base, 1),
+                  surface_of(PatchTransform(b.base, 1, options, b.creases), coefficients, b.base, 1));
+        EXPECT_EQ(tables->jobs(6), 0u);
     }
 }
 
