@@ -21,6 +21,11 @@ bool is_temporary(unsigned status) {
     return status == 408 || status == 429 || status >= 500;
 }
 
+std::string refusal(unsigned status) {
+    const std::string answer = "the server answers " + std::to_string(status);
+    return status == 404 ? answer + ": nothing is there (mvw serve has its models at /models/NAME.mvw)" : answer;
+}
+
 }  // namespace
 
 HttpSession::HttpSession(Wants wants, const RetryPolicy& retry, const Limits& limits, std::uint32_t seed)
@@ -59,12 +64,12 @@ HttpActions HttpSession::on_answer(const HttpAnswer& answer, Clock::time_point n
     if (state_ != State::Asking) return {};
     stood_once_ = true;
     if (is_temporary(answer.status)) {
-        broken({Errc::Io, 0, "the server answers " + std::to_string(answer.status)}, true);
+        broken({Errc::Io, 0, refusal(answer.status)}, true);
         return flush();
     }
     const bool is_part = answer.status == 206, is_whole = answer.status == 200;
     if (!is_part && !is_whole && answer.status != 416) {
-        fail({Errc::Io, 0, "the server answers " + std::to_string(answer.status)});
+        fail({Errc::Io, 0, refusal(answer.status)});
         return flush();
     }
     const bool other_tag = !etag_.empty() && answer.etag != etag_;

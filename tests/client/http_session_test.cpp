@@ -289,6 +289,7 @@ TEST(HttpSession, RefusalsAreFinalAndBusyServersAreTriedAgain) {
         ASSERT_TRUE(server.failed) << status;
         EXPECT_EQ(server.gets, 1);
         EXPECT_NE(server.failed->message.find(std::to_string(status)), std::string::npos);
+        EXPECT_EQ(server.failed->message.find("/models/") != std::string::npos, status == 404);
     }
     Server busy(make_stream_file());
     busy.status = 503;
