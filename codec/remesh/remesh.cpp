@@ -44,9 +44,8 @@ constexpr double kMaxOversampling = 8;            // ... but no more vertices th
 constexpr double kFineError = 2.5e-5;             // of the diagonal: a finer level where it is missed ...
 // ... and it costs little (kFewVertices); smooth shapes then need fewer details, ...
 constexpr double kMaxFineOversampling = 24;  // ... but a few faces are told with fewer vertices than that
-constexpr double kMaxError = 4e-4;           // of the diagonal: a remesh that misses it by more is given up; ...
-constexpr double kMaxSmallError = 2e-4;      // ... of a part that Draco codes in a few kilobytes, sooner
-constexpr double kMaxSmallDeviation = 1e-2;  // of the diagonal, at the worst place of such a part
+constexpr double kMaxError = 4e-4;           // of the diagonal: a remesh that misses it by more is given up
+constexpr double kMaxSmallDeviation = 1e-2;  // the same at the worst place of a part that Draco codes in a few kilobytes
 constexpr std::size_t kSmallPartFaces = 10'000;
 constexpr std::uint32_t kSamples = 40'000;  // of each surface and all its vertices, to measure errors; ...
 constexpr std::uint32_t kThinning = 4;      // ... of large parts, where the largest is not asked for, one of so many
@@ -242,8 +241,8 @@ class Sampler {
     /// Whether a part is better left to Draco. Small ones cost little there, so they have to be good at their worst
     /// place, too: a rounded corner of a CAD model that the grid cuts off is seen, whatever the mean.
     [[nodiscard]] static bool is_given_up(const Mesh& input, const Distance& error) {
-        if (input.faces.size() >= kSmallPartFaces) return error.rms > kMaxError;
-        return error.rms > kMaxSmallError || error.max > kMaxSmallDeviation;
+        const bool is_small = input.faces.size() < kSmallPartFaces;
+        return error.rms > kMaxError || (is_small && error.max > kMaxSmallDeviation);
     }
 
     /// Whether a few faces cost less than what would stand for them.
