@@ -357,12 +357,7 @@ void PartDecoder::store_integers(std::span<const std::uint32_t> indices, const B
 void PartDecoder::append_attributes(unsigned level, std::size_t first_vertex, std::size_t first_face, Mesh& out) {
     for (AttributeDecoder& attribute : attributes_) {
         attribute.ensure(vertex_count(level), vertex_count(0));
-        if (!attribute_transform_ || attribute_levels_ < level) {
-            if (!attribute_tables_)
-                attribute_tables_ = std::make_shared<TransformTables>(base_->mesh, kAttributeTransform, base_->creases);
-            attribute_transform_.reset();
-            for (std::size_t job = 0, jobs = attribute_tables_->jobs(level); job < jobs; ++job)
-                attribute_tables_->make(job);
+        if (needs_attribute_transform(level)) {
             attribute_transform_ = std::make_unique<PatchTransform>(attribute_tables_, level);
             attribute_levels_ = level;
         }

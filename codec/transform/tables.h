@@ -42,9 +42,8 @@ class TransformTables {
     const std::vector<std::uint8_t> creases_;
     std::unique_ptr<CarriedStencils> carried_;       // of all fine levels; null before the first one
     std::vector<std::unique_ptr<LevelPlan>> plans_;  // by level
-    std::vector<unsigned>
-        jobs_;             // the level to be made, of the fine ones the first, with which those below levels_ come
-    unsigned levels_ = 0;  // that the jobs are for
+    std::vector<unsigned> jobs_;                     // levels to make; the first fine one stands for all below levels_
+    unsigned levels_ = 0;                            // that the jobs are for
 };
 
 }  // namespace mvw
