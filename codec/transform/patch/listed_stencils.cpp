@@ -157,6 +157,30 @@ ListedStencils fan_stencils(const std::vector<std::uint8_t>& signature, const Tr
                           [&](const GridEdge& e) { return nearest_corner(base, e, 1 << kFanLevel) == 0; });
 }
 
+/// A closed fan around base vertex 0 and faces around it: the vertices of its ring are regular, or none is.
+BaseMesh ringed_fan_base(std::uint32_t spokes, bool regular) {
+    const std::uint32_t outwards = regular ? 3 : 4;  // edges from each vertex of the ring to the rim
+    const std::uint32_t rim = spokes * (outwards - 1);
+    const auto ring_vertex = [&](std::uint32_t i) { return 1 + i % spokes; };
+    const auto rim_vertex = [&](std::uint32_t i, std::uint32_t t) {
+        return 1 + spokes + (i * (outwards - 1) + t) % rim;
+    };
+    std::vector<Face> list;
+    for (std::uint32_t i = 0; i < spokes; ++i) list.push_back({0, ring_vertex(i), ring_vertex(i + 1)});
+    for (std::uint32_t i = 0; i < spokes; ++i) {
+        list.push_back({ring_vertex(i + 1), ring_vertex(i), rim_vertex(i, outwards - 1)});
+        for (std::uint32_t t = 0; t + 1 < outwards; ++t)
+            list.push_back({ring_vertex(i), rim_vertex(i, t), rim_vertex(i, t + 1)});
+    }
+    return BaseMesh::create(1 + spokes + rim, std::move(list)).value();
+}
+
+/// The edge from the middle of such a fan along the first spoke.
+ListedStencils spoke_stencils(std::size_t spokes, bool regular, const TransformOptions& options) {
+    return stencils_where(ringed_fan_base(static_cast<std::uint32_t>(spokes), regular), kSpokeLevel, options, {},
+                          [](const GridEdge& e) { return e.face == 0 && e.plane == kH && e.i == 0 && e.k == 0; });
+}
+
 }  // namespace
 
 ListedStencils explicit_stencils(const BaseMesh& base, unsigned j, const TransformOptions& options,
@@ -166,18 +190,25 @@ ListedStencils explicit_stencils(const BaseMesh& base, unsigned j, const Transfo
 
 CarriedStencils::CarriedStencils(const GridTopology& topology, const TransformOptions& options,
                                  std::span<const std::uint8_t> creases)
-    : topology_(topology), options_(options) {
+    : topology_(topology),
+      options_(options),
+      plain_(topology.base().vertex_count(), 1),
+      valence_(topology.base().vertex_count(), 0) {
     const BaseMesh& base = topology.base();
-    bool any_sharp = false;
     for (std::uint32_t e = 0; e < base.edge_count(); ++e) {
-        sharp_.push_back(base.edges()[e].face[1] == kNone || (!creases.empty() && creases[e] != 0) ? 1 : 0);
-        any_sharp = any_sharp || sharp_[e] != 0;
+        const BaseEdge& edge = base.edges()[e];
+        sharp_.push_back(edge.face[1] == kNone || (!creases.empty() && creases[e] != 0) ? 1 : 0);
+        for (const std::uint32_t v : edge.v) {
+            ++valence_[v];
+            if (sharp_[e] != 0) plain_[v] = 0;
+        }
     }
     std::vector<std::uint8_t> seen(std::size_t{3} * base.face_count());
     for (std::uint32_t f = 0; f < base.face_count(); ++f)
         for (unsigned c = 0; c < 3; ++c)
             if (seen[std::size_t{3} * f + c] == 0) add_fan({f, c}, seen);
-    if (any_sharp) middles_ = {middle_stencils(false, options), middle_stencils(true, options)};
+    for (const Fan& fan : fans_)
+        if (fan.corners.size() != valence_[hub(fan)]) plain_[hub(fan)] = 0;
 }
 
 /// The next face around the same base vertex; face is kNone beyond a boundary.
@@ -208,11 +239,61 @@ void CarriedStencils::add_fan(Corner start, std::vector<std::uint8_t>& seen) {
     if (!closed) signature.push_back(1);
     const auto known = std::find(signatures_.begin(), signatures_.end(), signature);
     fan.kind = static_cast<std::size_t>(known - signatures_.begin());
-    if (known == signatures_.end()) {
-        kinds_.push_back(fan_stencils(signature, options_));
-        signatures_.push_back(std::move(signature));
-    }
+    if (known == signatures_.end()) signatures_.push_back(std::move(signature));
     fans_.push_back(std::move(fan));
+}
+
+std::uint32_t CarriedStencils::hub(const Fan& fan) const {
+    return topology_.base().faces()[fan.corners[0].face][fan.corners[0].corner];
+}
+
+/// Whether nothing that its spokes' edges see on kSpokeLevel is sharp.
+bool CarriedStencils::is_smooth(const Fan& fan) const {
+    return plain_[hub(fan)] != 0 && std::ranges::all_of(fan.corners, [&](const Corner& c) {
+               return plain_[topology_.base().faces()[c.face][(c.corner + 1) % 3]] != 0;
+           });
+}
+
+/// What levels from kFanLevel on are made of.
+void CarriedStencils::make_kinds() {
+    if (!kinds_.empty()) return;
+    for (const auto& signature : signatures_) kinds_.push_back(fan_stencils(signature, options_));
+    if (std::ranges::find(sharp_, 1) != sharp_.end())
+        middles_ = {middle_stencils(false, options_), middle_stencils(true, options_)};
+}
+
+void CarriedStencils::add_spokes(const Fan& fan, ListedStencils& out) {
+    constexpr int n = 1 << kSpokeLevel;
+    const std::size_t spokes = fan.corners.size();
+    for (std::size_t s = 0; s < spokes; ++s) {
+        const auto& [face, corner] = fan.corners[s];
+        const bool regular = valence_[topology_.base().faces()[face][(corner + 1) % 3]] == 6;
+        const auto [known, is_new] = spokes_.try_emplace({spokes, regular});
+        if (is_new) known->second = spoke_stencils(spokes, regular, options_);
+        const auto place = [&](std::uint32_t i, const Barycentric& b) {
+            const auto [to, at] = fan.corners[(s + i) % spokes];
+            Barycentric r{};
+            for (unsigned c = 0; c < 3; ++c) r[(at + c) % 3] = b[c];
+            return GridVertex{to, r[1], r[2]};
+        };
+        add_moved(known->second, 0, n, n, place, out);
+    }
+}
+
+ListedStencils CarriedStencils::at_spoke_level() {
+    const BaseMesh& base = topology_.base();
+    std::vector<std::uint8_t> smooth(base.vertex_count(), 1);  // also where no face is
+    bool all_smooth = true;
+    for (const Fan& fan : fans_)
+        if (!is_smooth(fan)) smooth[hub(fan)] = 0, all_smooth = false;
+    ListedStencils result;
+    if (!all_smooth)
+        result = stencils_where(base, kSpokeLevel, options_, sharp_, [&](const GridEdge& e) {
+            return smooth[nearest_corner(base, e, 1 << kSpokeLevel)] == 0;
+        });
+    for (const Fan& fan : fans_)
+        if (smooth[hub(fan)] != 0) add_spokes(fan, result);
+    return result;
 }
 
 void CarriedStencils::add_corner(const Fan& fan, int n, ListedStencils& out) const {
@@ -252,7 +333,9 @@ void CarriedStencils::add_middles(int n, ListedStencils& out) const {
         }
 }
 
-ListedStencils CarriedStencils::at_level(unsigned level) const {
+ListedStencils CarriedStencils::at_level(unsigned level) {
+    if (level == kSpokeLevel) return at_spoke_level();
+    make_kinds();
     ListedStencils result;
     for (const Fan& fan : fans_) add_corner(fan, 1 << level, result);
     add_middles(1 << level, result);

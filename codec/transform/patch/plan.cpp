@@ -375,11 +375,11 @@ std::size_t TransformTables::jobs(unsigned levels) {
     levels_ = levels;
     jobs_.clear();
     const auto has_plan = [&](unsigned j) { return plans_[j] != nullptr; };
-    for (unsigned j = std::min(levels, kFanLevel); j-- > 0;)  // the longest one first
-        if (!has_plan(j)) jobs_.push_back(j);
-    unsigned fine = kFanLevel;
+    unsigned fine = kSpokeLevel;
     while (fine < levels && has_plan(fine)) ++fine;
-    if (fine < levels) jobs_.push_back(fine);
+    if (fine < levels) jobs_.push_back(fine);  // the longest one first
+    for (unsigned j = std::min(levels, kSpokeLevel); j-- > 0;)
+        if (!has_plan(j)) jobs_.push_back(j);
     return jobs_.size();
 }
 
@@ -388,7 +388,7 @@ void TransformTables::make(std::size_t job) {
     const auto build = [&](unsigned j, const ListedStencils& stencils) {
         plans_[j] = std::make_unique<LevelPlan>(PlanBuilder(*topology_, j, options_).build(stencils, creases_));
     };
-    if (first < kFanLevel) return build(first, explicit_stencils(topology_->base(), first, options_, creases_));
+    if (first < kSpokeLevel) return build(first, explicit_stencils(topology_->base(), first, options_, creases_));
     if (!carried_) carried_ = std::make_unique<CarriedStencils>(*topology_, options_, creases_);
     for (unsigned j = first; j < levels_; ++j)
         if (!plans_[j]) build(j, carried_->at_level(j));
