@@ -38,36 +38,55 @@ GridPoint side_point(unsigned s, std::int64_t n, std::int64_t t) {
     return {0, n - t};
 }
 
-/// Finds the place of a face's grid points in a tile's block of one level.
+/// Finds the place of a face's grid points in a tile's block of one level, by way of names that are alike in all faces.
 class Locator {
  public:
     Locator(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level)
         : base_(base), tiling_(tiling), tile_(tile), level_(level), n_(std::int64_t{1} << level) {
         if (level == 0) return;
         const auto edges = static_cast<std::uint32_t>(tiling.tiles[tile].edges.size());
-        first_interior_ = edges * static_cast<std::uint32_t>(n_ / 2);
+        along_ = static_cast<std::uint32_t>(n_ / 2);
+        first_interior_ = edges * along_;
         run_ = static_cast<std::uint32_t>(interior_points(level) - interior_points(level - 1));
     }
 
-    /// kNone for a point that is outside the face, not new at this level, or another tile's.
-    [[nodiscard]] std::uint32_t operator()(std::uint32_t f, GridPoint p) const {
-        if (!inside(p, n_) || (p.i % 2 == 0 && p.k % 2 == 0)) return kNone;
-        if (p.k == 0) return on_side(f, 0, p.i);
-        if (p.i + p.k == n_) return on_side(f, 1, p.k);
-        if (p.i == 0) return on_side(f, 2, n_ - p.k);
-        const Tiling::Place place = tiling_.face[f];
-        if (place.tile != tile_) return kNone;
-        return first_interior_ + place.slot * run_ +
-               interior_rank(level_, static_cast<std::uint32_t>(p.i), static_cast<std::uint32_t>(p.k));
+    /// Below run_, a point inside; then those along the three sides; last, one that is outside or not new at this
+    /// level.
+    [[nodiscard]] std::uint32_t name(GridPoint p) const {
+        if (!inside(p, n_) || (p.i % 2 == 0 && p.k % 2 == 0)) return no_name();
+        if (p.k == 0) return side_name(0, p.i);
+        if (p.i + p.k == n_) return side_name(1, p.k);
+        if (p.i == 0) return side_name(2, n_ - p.k);
+        return interior_rank(level_, static_cast<std::uint32_t>(p.i), static_cast<std::uint32_t>(p.k));
     }
-    [[nodiscard]] std::uint32_t run() const { return run_; }
+    /// The places of all names in a face of the tile; `none` where there is none, or it is another tile's.
+    void places(std::uint32_t f, std::uint32_t none, std::vector<std::uint32_t>& out) const {
+        out.resize(no_name() + 1);
+        const auto sides = out.begin() + run_;
+        std::iota(out.begin(), sides, first_interior_ + tiling_.face[f].slot * run_);
+        for (unsigned s = 0; s < 3; ++s)
+            for (std::uint32_t t = 0; t < along_; ++t) sides[s * along_ + t] = std::min(on_side(f, s, t), none);
+        out.back() = none;
+    }
+    /// kNone where there is none, or it is another tile's.
+    [[nodiscard]] std::uint32_t operator()(std::uint32_t f, GridPoint p) const {
+        const std::uint32_t named = name(p);
+        if (named == no_name()) return kNone;
+        if (named >= run_) return on_side(f, (named - run_) / along_, (named - run_) % along_);
+        const Tiling::Place at = tiling_.face[f];
+        return at.tile == tile_ ? first_interior_ + at.slot * run_ + named : kNone;
+    }
 
  private:
-    [[nodiscard]] std::uint32_t on_side(std::uint32_t f, unsigned s, std::int64_t t) const {
-        const Tiling::Place place = tiling_.edge[base_.edge_of(f, s)];
-        if (place.tile != tile_) return kNone;
-        const std::int64_t along = base_.runs_along(f, s) ? t : n_ - t;
-        return static_cast<std::uint32_t>(place.slot * (n_ / 2) + along / 2);
+    [[nodiscard]] std::uint32_t no_name() const { return run_ + 3 * along_; }
+    [[nodiscard]] std::uint32_t side_name(unsigned s, std::int64_t t) const {
+        return run_ + s * along_ + static_cast<std::uint32_t>(t / 2);
+    }
+    /// t: of the new points along a side, from its first corner on.
+    [[nodiscard]] std::uint32_t on_side(std::uint32_t f, unsigned s, std::uint32_t t) const {
+        const Tiling::Place at = tiling_.edge[base_.edge_of(f, s)];
+        if (at.tile != tile_) return kNone;
+        return at.slot * along_ + (base_.runs_along(f, s) ? t : along_ - 1 - t);
     }
 
     const BaseMesh& base_;
@@ -75,7 +94,8 @@ class Locator {
     std::uint32_t tile_;
     unsigned level_;
     std::int64_t n_;
-    std::uint32_t first_interior_ = 0, run_ = 0;
+    std::uint32_t first_interior_ = 0;
+    std::uint32_t run_ = 0, along_ = 0;  // new points inside a face, along a side
 };
 
 void add_unless_full(BlockShape::Neighbors& list, std::uint32_t place) {
@@ -95,11 +115,13 @@ std::vector<BlockShape::Neighbors> base_neighbors(const BaseMesh& base, const Ti
     return neighbors;
 }
 
-BlockShape::Neighbors interior_neighbors(const Locator& place, std::uint32_t f, GridPoint p) {
+/// Names of the neighbours of a point inside a face.
+BlockShape::Neighbors neighbor_names(const Locator& here, GridPoint p) {
     const GridPoint d = edge_direction(p), twice{2 * d.i, 2 * d.k};
     const auto [a, b] = other_directions(d);
-    return {place(f, p - a),     place(f, p + a),     place(f, p - b),     place(f, p + b),     place(f, p - twice),
-            place(f, p + twice), place(f, p - a - a), place(f, p + a + a), place(f, p - b - b), place(f, p + b + b)};
+    return {here.name(p - a),     here.name(p + a),     here.name(p - b),     here.name(p + b),
+            here.name(p - twice), here.name(p + twice), here.name(p - a - a), here.name(p + a + a),
+            here.name(p - b - b), here.name(p + b + b)};
 }
 
 /// Neighbours of point t of a base edge: those inside each of its faces, and those along it.
@@ -121,21 +143,24 @@ BlockShape::Neighbors edge_neighbors(const Locator& place, const BaseEdge& e, st
     return list;
 }
 
-/// Whether all that a point's lists can name is strictly inside its face: then every face's lists are alike.
-bool deep_inside(GridPoint p, std::int64_t n) {
-    return p.i > 2 && p.k > 2 && p.i + p.k < n - 2;
+/// The ends of a new point's edge, as points of the level below.
+std::array<GridPoint, 2> ends_of(GridPoint p) {
+    const GridPoint d = edge_direction(p), a = p - d, b = p + d;
+    return {{{a.i / 2, a.k / 2}, {b.i / 2, b.k / 2}}};
 }
 
+/// A place of its own for neighbours and parents that there are not, behind the others: readers then need not ask.
 template <typename List>
-List shifted(List list, std::uint32_t by) {
-    for (std::uint32_t& place : list)
-        if (place != kNone) place += by;
+List with_missing(List list, std::uint32_t none) {
+    for (std::uint32_t& place : list) place = std::min(place, none);
     return list;
 }
 
-BlockShape::Parents parents_of(const Locator& coarse, std::uint32_t f, GridPoint p) {
-    const GridPoint d = edge_direction(p), a = p - d, b = p + d;
-    return {coarse(f, {a.i / 2, a.k / 2}), coarse(f, {b.i / 2, b.k / 2})};
+/// What names stand for in one face.
+template <typename List>
+List looked_up(List names, const std::vector<std::uint32_t>& places) {
+    for (std::uint32_t& name : names) name = places[name];
+    return names;
 }
 
 }  // namespace
@@ -187,47 +212,54 @@ BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t
     const Tiling::Tile& owned = tiling.tiles[tile];
     indices_ = block_indices(base, owned, level);
     if (level == 0) {
-        neighbors_ = base_neighbors(base, tiling, tile);
-        name_what_is_missing(0);
+        for (const Neighbors& list : base_neighbors(base, tiling, tile))
+            neighbors_.push_back(with_missing(list, static_cast<std::uint32_t>(size())));
         return;
     }
-    const auto n = std::int64_t{1} << level;
-    const Locator place(base, tiling, tile, level), coarse(base, tiling, tile, level - 1);
     neighbors_.reserve(size());
     if (level > 1) parents_.reserve(size());
-    const auto add = [this, level](const Neighbors& neighbors, const Locator& below, std::uint32_t f, GridPoint p) {
-        neighbors_.push_back(neighbors);
-        if (level > 1) parents_.push_back(parents_of(below, f, p));
-    };
-    for (const std::uint32_t e : owned.edges) {
-        const BaseEdge& edge = base.edges()[e];
-        for (std::int64_t t = 1; t < n; t += 2)
-            add(edge_neighbors(place, edge, n, t), coarse, edge.face[0], side_point(edge.side[0], n, t));
-    }
-    const std::size_t pattern = neighbors_.size();  // the first face's run, which the others repeat
-    for (std::uint32_t slot = 0; slot < owned.faces.size(); ++slot) {
-        const std::uint32_t f = owned.faces[slot];
-        std::size_t rank = 0;
-        for (std::int64_t i = 1; i < n; ++i)
-            for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step, ++rank) {
-                if (slot == 0 || !deep_inside({i, k}, n)) {
-                    add(interior_neighbors(place, f, {i, k}), coarse, f, {i, k});
-                    continue;
-                }
-                neighbors_.push_back(shifted(neighbors_[pattern + rank], slot * place.run()));
-                parents_.push_back(shifted(parents_[pattern + rank], slot * coarse.run()));
-            }
-    }
-    name_what_is_missing(block_size(owned, level - 1));
+    add_edges(base, tiling, tile, level);
+    add_insides(base, tiling, tile, level);
 }
 
-/// A place of its own for neighbours and parents that there are not, behind the others: readers then need not ask.
-void BlockShape::name_what_is_missing(std::uint64_t coarse_size) {
-    const auto none = static_cast<std::uint32_t>(size()), no_parent = static_cast<std::uint32_t>(coarse_size);
-    for (Neighbors& list : neighbors_)
-        for (std::uint32_t& place : list) place = std::min(place, none);
-    for (Parents& list : parents_)
-        for (std::uint32_t& place : list) place = std::min(place, no_parent);
+void BlockShape::add_edges(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level) {
+    const auto none = static_cast<std::uint32_t>(size());
+    const auto no_parent = static_cast<std::uint32_t>(block_size(tiling.tiles[tile], level - 1));
+    const Locator here(base, tiling, tile, level), coarse(base, tiling, tile, level - 1);
+    const auto n = std::int64_t{1} << level;
+    for (const std::uint32_t e : tiling.tiles[tile].edges) {
+        const BaseEdge& edge = base.edges()[e];
+        for (std::int64_t t = 1; t < n; t += 2) {
+            neighbors_.push_back(with_missing(edge_neighbors(here, edge, n, t), none));
+            if (level == 1) continue;
+            const auto [a, b] = ends_of(side_point(edge.side[0], n, t));
+            parents_.push_back(with_missing(Parents{coarse(edge.face[0], a), coarse(edge.face[0], b)}, no_parent));
+        }
+    }
+}
+
+/// By names, which are found once.
+void BlockShape::add_insides(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level) {
+    const auto none = static_cast<std::uint32_t>(size());
+    const auto no_parent = static_cast<std::uint32_t>(block_size(tiling.tiles[tile], level - 1));
+    const Locator here(base, tiling, tile, level), coarse(base, tiling, tile, level - 1);
+    const auto n = std::int64_t{1} << level;
+    std::vector<Neighbors> neighbors;
+    std::vector<Parents> parents;
+    for (std::int64_t i = 1; i < n; ++i)
+        for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step) {
+            const auto [a, b] = ends_of({i, k});
+            neighbors.push_back(neighbor_names(here, {i, k}));
+            parents.push_back({coarse.name(a), coarse.name(b)});
+        }
+    std::vector<std::uint32_t> places, coarse_places;
+    for (const std::uint32_t f : tiling.tiles[tile].faces) {
+        here.places(f, none, places);
+        for (const Neighbors& names : neighbors) neighbors_.push_back(looked_up(names, places));
+        if (level == 1) continue;
+        coarse.places(f, no_parent, coarse_places);
+        for (const Parents& names : parents) parents_.push_back(looked_up(names, coarse_places));
+    }
 }
 
 }  // namespace mvw

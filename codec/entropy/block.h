@@ -62,7 +62,8 @@ class BlockShape {
     [[nodiscard]] std::span<const Parents> parents() const { return parents_; }
 
  private:
-    void name_what_is_missing(std::uint64_t coarse_size);
+    void add_edges(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level);
+    void add_insides(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level);
 
     std::vector<std::uint32_t> indices_;
     std::vector<Neighbors> neighbors_;
