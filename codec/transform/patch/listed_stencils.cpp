@@ -157,27 +157,21 @@ ListedStencils fan_stencils(const std::vector<std::uint8_t>& signature, const Tr
                           [&](const GridEdge& e) { return nearest_corner(base, e, 1 << kFanLevel) == 0; });
 }
 
-/// A closed fan around base vertex 0 and faces around it: the vertices of its ring are regular, or none is.
-BaseMesh ringed_fan_base(std::uint32_t spokes, bool regular) {
-    const std::uint32_t outwards = regular ? 3 : 4;  // edges from each vertex of the ring to the rim
-    const std::uint32_t rim = spokes * (outwards - 1);
-    const auto ring_vertex = [&](std::uint32_t i) { return 1 + i % spokes; };
-    const auto rim_vertex = [&](std::uint32_t i, std::uint32_t t) {
-        return 1 + spokes + (i * (outwards - 1) + t) % rim;
-    };
+/// A closed fan around base vertex 0, and beyond the end of its first spoke, vertex 1, what makes that regular or not.
+BaseMesh closed_at_first_spoke(std::uint32_t spokes, bool regular) {
+    const std::uint32_t outwards = regular ? 3 : 4;  // edges from vertex 1
     std::vector<Face> list;
-    for (std::uint32_t i = 0; i < spokes; ++i) list.push_back({0, ring_vertex(i), ring_vertex(i + 1)});
-    for (std::uint32_t i = 0; i < spokes; ++i) {
-        list.push_back({ring_vertex(i + 1), ring_vertex(i), rim_vertex(i, outwards - 1)});
-        for (std::uint32_t t = 0; t + 1 < outwards; ++t)
-            list.push_back({ring_vertex(i), rim_vertex(i, t), rim_vertex(i, t + 1)});
-    }
-    return BaseMesh::create(1 + spokes + rim, std::move(list)).value();
+    for (std::uint32_t i = 0; i < spokes; ++i) list.push_back({0, 1 + i, 1 + (i + 1) % spokes});
+    const std::uint32_t rim = 1 + spokes;
+    list.push_back({1, spokes, rim});
+    for (std::uint32_t t = 0; t + 1 < outwards; ++t) list.push_back({1, rim + t, rim + t + 1});
+    list.push_back({2, 1, rim + outwards - 1});
+    return BaseMesh::create(rim + outwards, std::move(list)).value();
 }
 
-/// The edge from the middle of such a fan along the first spoke.
+/// The edge from the middle of such a fan along that spoke.
 ListedStencils spoke_stencils(std::size_t spokes, bool regular, const TransformOptions& options) {
-    return stencils_where(ringed_fan_base(static_cast<std::uint32_t>(spokes), regular), kSpokeLevel, options, {},
+    return stencils_where(closed_at_first_spoke(static_cast<std::uint32_t>(spokes), regular), kSpokeLevel, options, {},
                           [](const GridEdge& e) { return e.face == 0 && e.plane == kH && e.i == 0 && e.k == 0; });
 }
 

@@ -56,7 +56,7 @@ ListedStencils explicit_stencils(const BaseMesh& base, unsigned level, const Tra
 
 /// Those of finer levels: around each base vertex as in a fan of its valence and creases alone, one small mesh for each
 /// kind of base vertex; along the middles of sharp sides as along one such side. On kSpokeLevel, where nothing near is
-/// sharp, of each edge as in a fan whose ring is regular or is not; the rest is made explicit there.
+/// sharp, of each edge as in a fan with one neighbour that is regular or is not; the rest is made explicit there.
 class CarriedStencils {
  public:
     CarriedStencils(const GridTopology& topology, const TransformOptions& options,
@@ -92,7 +92,8 @@ class CarriedStencils {
     std::vector<std::vector<std::uint8_t>> signatures_;  // closed or not, then whether each spoke is sharp
     std::vector<ListedStencils> kinds_;                  // of the signatures; none before a fine level was asked for
     std::array<ListedStencils, 2> middles_;              // of a boundary, of a crease
-    std::map<std::pair<std::size_t, bool>, ListedStencils> spokes_;  // by valence, and whether the ring is regular
+    std::map<std::pair<std::size_t, bool>, ListedStencils>
+        spokes_;  // by valence, and whether the spoke's end is regular
 };
 
 }  // namespace mvw
