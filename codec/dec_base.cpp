@@ -56,6 +56,17 @@ std::unique_ptr<draco::Mesh> run_draco(ByteSpan bytes, bool sequential) {
 #endif
 }
 
+/// Whether two faces share all their edges: finer levels would have two edges between the same vertices.
+bool has_faces_on_each_other(const BaseMesh& base) {
+    const auto across = [&](std::uint32_t f, unsigned side) {
+        const auto& [first, second] = base.edges()[base.edge_of(f, side)].face;
+        return first == f ? second : first;
+    };
+    for (std::uint32_t f = 0; f < base.face_count(); ++f)
+        if (across(f, 0) != kNone && across(f, 0) == across(f, 1)) return true;
+    return false;
+}
+
 /// Answers code_creases() and code_materials() from bytes.
 class LabelReader {
  public:
@@ -163,6 +174,8 @@ Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8
     if (base.mesh.vertex_count() != info.base_vertices || base.mesh.edge_count() != info.base_edges ||
         base.mesh.face_count() != info.base_faces)
         return malformed("the base's counts are not the header's");
+    if (info.levels > 1 && has_faces_on_each_other(base.mesh))
+        return malformed("two faces of the base lie on each other");
     if (flags & kBaseCreases) {
         base.creases.resize(base.mesh.edge_count());
         LabelReader reader(creases);

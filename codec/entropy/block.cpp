@@ -163,6 +163,26 @@ List looked_up(List names, const std::vector<std::uint32_t>& places) {
     return names;
 }
 
+/// Fills in what names(point) are in each face, run by run. They are written down once, where the last face's run will
+/// be: that needs no memory of its own.
+template <typename List, typename Names>
+void add_insides(const std::vector<std::uint32_t>& faces, std::uint32_t none, Names names, const Locator& locator,
+                 unsigned level, std::span<List> out) {
+    if (out.empty()) return;
+    const std::size_t run = out.size() / faces.size();
+    const std::span<List> pattern = out.last(run);
+    const auto n = std::int64_t{1} << level;
+    std::size_t rank = 0;
+    for (std::int64_t i = 1; i < n; ++i)
+        for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step) pattern[rank++] = names({i, k});
+    std::vector<std::uint32_t> places;
+    for (std::size_t slot = 0; slot < faces.size(); ++slot) {
+        locator.places(faces[slot], none, places);
+        std::ranges::transform(pattern, out.subspan(slot * run, run).begin(),
+                               [&](const List& list) { return looked_up(list, places); });
+    }
+}
+
 }  // namespace
 
 Tiling::Tiling(const BaseMesh& base, std::span<const std::uint16_t> tile_of_face, std::uint32_t tile_count)
@@ -211,23 +231,17 @@ std::vector<std::uint32_t> block_indices(const BaseMesh& base, const Tiling::Til
 BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level) {
     const Tiling::Tile& owned = tiling.tiles[tile];
     indices_ = block_indices(base, owned, level);
+    const auto none = static_cast<std::uint32_t>(size());
+    neighbors_.reserve(size());
     if (level == 0) {
-        for (const Neighbors& list : base_neighbors(base, tiling, tile))
-            neighbors_.push_back(with_missing(list, static_cast<std::uint32_t>(size())));
+        for (const Neighbors& list : base_neighbors(base, tiling, tile)) neighbors_.push_back(with_missing(list, none));
         return;
     }
-    neighbors_.reserve(size());
     if (level > 1) parents_.reserve(size());
-    add_edges(base, tiling, tile, level);
-    add_insides(base, tiling, tile, level);
-}
-
-void BlockShape::add_edges(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level) {
-    const auto none = static_cast<std::uint32_t>(size());
-    const auto no_parent = static_cast<std::uint32_t>(block_size(tiling.tiles[tile], level - 1));
+    const auto no_parent = static_cast<std::uint32_t>(block_size(owned, level - 1));
     const Locator here(base, tiling, tile, level), coarse(base, tiling, tile, level - 1);
     const auto n = std::int64_t{1} << level;
-    for (const std::uint32_t e : tiling.tiles[tile].edges) {
+    for (const std::uint32_t e : owned.edges) {
         const BaseEdge& edge = base.edges()[e];
         for (std::int64_t t = 1; t < n; t += 2) {
             neighbors_.push_back(with_missing(edge_neighbors(here, edge, n, t), none));
@@ -236,30 +250,18 @@ void BlockShape::add_edges(const BaseMesh& base, const Tiling& tiling, std::uint
             parents_.push_back(with_missing(Parents{coarse(edge.face[0], a), coarse(edge.face[0], b)}, no_parent));
         }
     }
-}
-
-/// By names, which are found once.
-void BlockShape::add_insides(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level) {
-    const auto none = static_cast<std::uint32_t>(size());
-    const auto no_parent = static_cast<std::uint32_t>(block_size(tiling.tiles[tile], level - 1));
-    const Locator here(base, tiling, tile, level), coarse(base, tiling, tile, level - 1);
-    const auto n = std::int64_t{1} << level;
-    std::vector<Neighbors> neighbors;
-    std::vector<Parents> parents;
-    for (std::int64_t i = 1; i < n; ++i)
-        for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step) {
-            const auto [a, b] = ends_of({i, k});
-            neighbors.push_back(neighbor_names(here, {i, k}));
-            parents.push_back({coarse.name(a), coarse.name(b)});
-        }
-    std::vector<std::uint32_t> places, coarse_places;
-    for (const std::uint32_t f : tiling.tiles[tile].faces) {
-        here.places(f, none, places);
-        for (const Neighbors& names : neighbors) neighbors_.push_back(looked_up(names, places));
-        if (level == 1) continue;
-        coarse.places(f, no_parent, coarse_places);
-        for (const Parents& names : parents) parents_.push_back(looked_up(names, coarse_places));
-    }
+    const std::size_t first = neighbors_.size();
+    neighbors_.resize(size());
+    add_insides(
+        owned.faces, none, [&](GridPoint p) { return neighbor_names(here, p); }, here, level,
+        std::span(neighbors_).subspan(first));
+    if (level == 1) return;
+    parents_.resize(size());
+    const auto parent_names = [&](GridPoint p) {
+        const auto [a, b] = ends_of(p);
+        return Parents{coarse.name(a), coarse.name(b)};
+    };
+    add_insides(owned.faces, no_parent, parent_names, coarse, level, std::span(parents_).subspan(first));
 }
 
 }  // namespace mvw

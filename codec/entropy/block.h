@@ -62,9 +62,6 @@ class BlockShape {
     [[nodiscard]] std::span<const Parents> parents() const { return parents_; }
 
  private:
-    void add_edges(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level);
-    void add_insides(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level);
-
     std::vector<std::uint32_t> indices_;
     std::vector<Neighbors> neighbors_;
     std::vector<Parents> parents_;

@@ -40,9 +40,9 @@ class TransformTables {
     std::unique_ptr<const GridTopology> topology_;
     const TransformOptions options_;
     const std::vector<std::uint8_t> creases_;
-    std::unique_ptr<CarriedStencils> carried_;       // of all fine levels; null before the first one
+    std::unique_ptr<CarriedStencils> carried_;       // of levels from 2 on; null before the first one
     std::vector<std::unique_ptr<LevelPlan>> plans_;  // by level
-    std::vector<unsigned> jobs_;                     // levels to make; the first fine one stands for all below levels_
+    std::vector<unsigned> jobs_;                     // levels to make; from 3 on the first one stands for all below levels_
     unsigned levels_ = 0;                            // that the jobs are for
 };
 

@@ -241,6 +241,27 @@ TEST(CodedBase, CoincidentVerticesAndManyEqualPartsKeepTheirConnections) {
     }
 }
 
+/// From level 1 on two edges would join the same vertices: a hostile file's base, which transforms could not name.
+TEST(CodedBase, TwoFacesOnEachOtherAreRefusedWithMoreThanOneLevel) {
+    for (const bool alone : {true, false}) {
+        SemiRegularMesh mesh;
+        mesh.base = BaseMesh::create(3, {{0, 1, 2}, {0, 2, 1}}).value();
+        mesh.positions = {{0, 0, 0}, {0.5, 0, 0}, {0, 0.5, 0}};
+        const CodedBase coded = code_base(mesh.base, {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}}, 4, alone);
+        for (std::uint8_t levels = 0; levels <= 3; ++levels) {
+            PartParams params;
+            params.base_bits = 4;
+            if (levels > 0) params.steps.assign(levels + 1u, 9), params.across.assign(levels + 1u, 9);
+            const Bytes payload = write_base(coded, renumber(mesh, coded), params);
+            const Result<DecodedBase> base = read_base(payload, {levels, 3, 3, 2}, 0);
+            ASSERT_EQ(base.ok(), levels <= 1) << unsigned{levels};
+            if (!base.ok()) {
+                EXPECT_EQ(base.error().message, "two faces of the base lie on each other");
+            }
+        }
+    }
+}
+
 TEST(Tiles, AreConnectedAndBalanced) {
     Mesh grid = grid_mesh(30);
     const BaseMesh base = BaseMesh::create(static_cast<std::uint32_t>(grid.positions.size()), grid.faces).value();

@@ -1,7 +1,9 @@
 #include "codec/transform/patch/listed_stencils.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
+#include <utility>
 
 namespace mvw {
 
@@ -100,6 +102,13 @@ void add_moved(const ListedStencils& from, std::size_t e, int m, int n, Place pl
     out.end_edge(moved(from.edges[e].edge, m, n, place), from.edges[e].sharp);
 }
 
+/// The point of a face whose barycentric coordinates, from one of its corners on, are b.
+GridVertex turned_to(std::uint32_t face, unsigned corner, const Barycentric& b) {
+    Barycentric r{};
+    for (unsigned c = 0; c < 3; ++c) r[(corner + c) % 3] = b[c];
+    return {face, r[1], r[2]};
+}
+
 /// The listed stencils of a level of a small mesh: those of its edges for which keep(edge) holds.
 template <typename Keep>
 ListedStencils stencils_where(const BaseMesh& base, unsigned j, const TransformOptions& options,
@@ -184,25 +193,14 @@ ListedStencils explicit_stencils(const BaseMesh& base, unsigned j, const Transfo
 
 CarriedStencils::CarriedStencils(const GridTopology& topology, const TransformOptions& options,
                                  std::span<const std::uint8_t> creases)
-    : topology_(topology),
-      options_(options),
-      plain_(topology.base().vertex_count(), 1),
-      valence_(topology.base().vertex_count(), 0) {
+    : topology_(topology), options_(options) {
     const BaseMesh& base = topology.base();
-    for (std::uint32_t e = 0; e < base.edge_count(); ++e) {
-        const BaseEdge& edge = base.edges()[e];
-        sharp_.push_back(edge.face[1] == kNone || (!creases.empty() && creases[e] != 0) ? 1 : 0);
-        for (const std::uint32_t v : edge.v) {
-            ++valence_[v];
-            if (sharp_[e] != 0) plain_[v] = 0;
-        }
-    }
+    for (std::uint32_t e = 0; e < base.edge_count(); ++e)
+        sharp_.push_back(base.edges()[e].face[1] == kNone || (!creases.empty() && creases[e] != 0) ? 1 : 0);
     std::vector<std::uint8_t> seen(std::size_t{3} * base.face_count());
     for (std::uint32_t f = 0; f < base.face_count(); ++f)
         for (unsigned c = 0; c < 3; ++c)
             if (seen[std::size_t{3} * f + c] == 0) add_fan({f, c}, seen);
-    for (const Fan& fan : fans_)
-        if (fan.corners.size() != valence_[hub(fan)]) plain_[hub(fan)] = 0;
 }
 
 /// The next face around the same base vertex; face is kNone beyond a boundary.
@@ -222,18 +220,12 @@ void CarriedStencils::add_fan(Corner start, std::vector<std::uint8_t>& seen) {
         if (!closed) first = c;
     }
     if (closed) first = start;
-    Fan fan{{}, 0};
-    std::vector<std::uint8_t> signature{closed ? std::uint8_t{1} : std::uint8_t{0}};
+    Fan fan{{}, closed};
     for (Corner c = first; c.face != kNone; c = turned(c, false)) {
         if (seen[std::size_t{3} * c.face + c.corner] != 0) break;
         seen[std::size_t{3} * c.face + c.corner] = 1;
         fan.corners.push_back(c);
-        signature.push_back(sharp_[topology_.base().edge_of(c.face, c.corner)]);
     }
-    if (!closed) signature.push_back(1);
-    const auto known = std::find(signatures_.begin(), signatures_.end(), signature);
-    fan.kind = static_cast<std::size_t>(known - signatures_.begin());
-    if (known == signatures_.end()) signatures_.push_back(std::move(signature));
     fans_.push_back(std::move(fan));
 }
 
@@ -241,66 +233,96 @@ std::uint32_t CarriedStencils::hub(const Fan& fan) const {
     return topology_.base().faces()[fan.corners[0].face][fan.corners[0].corner];
 }
 
-/// Whether nothing that its spokes' edges see on kSpokeLevel is sharp.
-bool CarriedStencils::is_smooth(const Fan& fan) const {
-    return plain_[hub(fan)] != 0 && std::ranges::all_of(fan.corners, [&](const Corner& c) {
-               return plain_[topology_.base().faces()[c.face][(c.corner + 1) % 3]] != 0;
-           });
+/// Closed or not, then whether each spoke is sharp.
+std::vector<std::uint8_t> CarriedStencils::signature(const Fan& fan) const {
+    std::vector<std::uint8_t> result{fan.closed ? std::uint8_t{1} : std::uint8_t{0}};
+    for (const Corner& c : fan.corners) result.push_back(sharp_[topology_.base().edge_of(c.face, c.corner)]);
+    if (!fan.closed) result.push_back(1);
+    return result;
 }
 
 /// What levels from kFanLevel on are made of.
 void CarriedStencils::make_kinds() {
     if (!kinds_.empty()) return;
-    for (const auto& signature : signatures_) kinds_.push_back(fan_stencils(signature, options_));
+    std::map<std::vector<std::uint8_t>, std::size_t> known;
+    for (const Fan& fan : fans_) {
+        const auto [kind, is_new] = known.try_emplace(signature(fan), kinds_.size());
+        if (is_new) kinds_.push_back(fan_stencils(kind->first, options_));
+        kind_of_fan_.push_back(kind->second);
+    }
     if (std::ranges::find(sharp_, 1) != sharp_.end())
         middles_ = {middle_stencils(false, options_), middle_stencils(true, options_)};
 }
 
-void CarriedStencils::add_spokes(const Fan& fan, ListedStencils& out) {
-    constexpr int n = 1 << kSpokeLevel;
-    const std::size_t spokes = fan.corners.size();
-    for (std::size_t s = 0; s < spokes; ++s) {
-        const auto& [face, corner] = fan.corners[s];
-        const bool regular = valence_[topology_.base().faces()[face][(corner + 1) % 3]] == 6;
-        const auto [known, is_new] = spokes_.try_emplace({spokes, regular});
-        if (is_new) known->second = spoke_stencils(spokes, regular, options_);
-        const auto place = [&](std::uint32_t i, const Barycentric& b) {
-            const auto [to, at] = fan.corners[(s + i) % spokes];
-            Barycentric r{};
-            for (unsigned c = 0; c < 3; ++c) r[(at + c) % 3] = b[c];
-            return GridVertex{to, r[1], r[2]};
-        };
-        add_moved(known->second, 0, n, n, place, out);
+/// What kSpokeLevel has around base vertices near which nothing is sharp.
+class CarriedStencils::Spokes {
+ public:
+    explicit Spokes(const CarriedStencils& carried)
+        : carried_(carried), base_(carried.topology_.base()), plain_(base_.vertex_count(), 1) {
+        valence_.resize(base_.vertex_count());
+        for (std::uint32_t e = 0; e < base_.edge_count(); ++e)
+            for (const std::uint32_t v : base_.edges()[e].v) {
+                ++valence_[v];
+                if (carried.sharp_[e] != 0) plain_[v] = 0;
+            }
+        for (const Fan& fan : carried.fans_)
+            if (fan.corners.size() != valence_[carried.hub(fan)]) plain_[carried.hub(fan)] = 0;
     }
-}
+    /// Whether nothing that the spokes' edges see is sharp. Two faces on each other see nothing but themselves.
+    [[nodiscard]] bool is_smooth(const Fan& fan) const {
+        return fan.corners.size() > 2 && plain_[carried_.hub(fan)] != 0 &&
+               std::ranges::all_of(fan.corners, [&](const Corner& c) { return plain_[end_of_spoke(c)] != 0; });
+    }
+    void add(const Fan& fan, ListedStencils& out) {
+        constexpr int n = 1 << kSpokeLevel;
+        const std::size_t spokes = fan.corners.size();
+        for (std::size_t s = 0; s < spokes; ++s) {
+            const bool regular = valence_[end_of_spoke(fan.corners[s])] == 6;
+            const auto [known, is_new] = known_.try_emplace({spokes, regular});
+            if (is_new) known->second = spoke_stencils(spokes, regular, carried_.options_);
+            const auto place = [&](std::uint32_t i, const Barycentric& b) {
+                const Corner& to = fan.corners[(s + i) % spokes];
+                return turned_to(to.face, to.corner, b);
+            };
+            add_moved(known->second, 0, n, n, place, out);
+        }
+    }
 
-ListedStencils CarriedStencils::at_spoke_level() {
+ private:
+    [[nodiscard]] std::uint32_t end_of_spoke(const Corner& c) const {
+        return base_.faces()[c.face][(c.corner + 1) % 3];
+    }
+
+    const CarriedStencils& carried_;
+    const BaseMesh& base_;
+    std::vector<std::uint8_t> plain_;                               // of each base vertex: one fan, no sharp edge
+    std::vector<std::uint32_t> valence_;                            // of each base vertex
+    std::map<std::pair<std::size_t, bool>, ListedStencils> known_;  // by valence, and whether the end is regular
+};
+
+ListedStencils CarriedStencils::at_spoke_level() const {
     const BaseMesh& base = topology_.base();
+    Spokes spokes(*this);
     std::vector<std::uint8_t> smooth(base.vertex_count(), 1);  // also where no face is
-    bool all_smooth = true;
     for (const Fan& fan : fans_)
-        if (!is_smooth(fan)) smooth[hub(fan)] = 0, all_smooth = false;
+        if (!spokes.is_smooth(fan)) smooth[hub(fan)] = 0;
     ListedStencils result;
-    if (!all_smooth)
+    if (std::ranges::find(smooth, 0) != smooth.end())
         result = stencils_where(base, kSpokeLevel, options_, sharp_, [&](const GridEdge& e) {
             return smooth[nearest_corner(base, e, 1 << kSpokeLevel)] == 0;
         });
     for (const Fan& fan : fans_)
-        if (smooth[hub(fan)] != 0) add_spokes(fan, result);
+        if (smooth[hub(fan)] != 0) spokes.add(fan, result);
     return result;
 }
 
-void CarriedStencils::add_corner(const Fan& fan, int n, ListedStencils& out) const {
+void CarriedStencils::add_corner(std::size_t fan, int n, ListedStencils& out) const {
     constexpr int m = 1 << kFanLevel;
     const auto place = [&](std::uint32_t i, const Barycentric& b) {
-        const auto [face, corner] = fan.corners[i];
-        Barycentric r{};
-        r[corner] = b[0] + n - m;
-        r[(corner + 1) % 3] = b[1];
-        r[(corner + 2) % 3] = b[2];
-        return GridVertex{face, r[1], r[2]};
+        const auto [face, corner] = fans_[fan].corners[i];
+        return turned_to(face, corner, {b[0] + n - m, b[1], b[2]});
     };
-    const ListedStencils& kind = kinds_[fan.kind];
+    const ListedStencils& kind = kinds_[kind_of_fan_[fan]];
     for (std::size_t e = 0; e < kind.edges.size(); ++e) add_moved(kind, e, m, n, place, out);
 }
 
@@ -328,10 +350,9 @@ void CarriedStencils::add_middles(int n, ListedStencils& out) const {
 }
 
 ListedStencils CarriedStencils::at_level(unsigned level) {
-    if (level == kSpokeLevel) return at_spoke_level();
     make_kinds();
     ListedStencils result;
-    for (const Fan& fan : fans_) add_corner(fan, 1 << level, result);
+    for (std::size_t fan = 0; fan < fans_.size(); ++fan) add_corner(fan, 1 << level, result);
     add_middles(1 << level, result);
     return result;
 }

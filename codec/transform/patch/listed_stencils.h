@@ -3,9 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "codec/transform/lifting.h"
@@ -50,18 +48,22 @@ struct ListedStencils {
 // edge at a base vertex see of others only whether the one that it leads to is regular.
 inline constexpr unsigned kFanLevel = 3, kSpokeLevel = 2;
 
-/// Those of a level below kSpokeLevel, all of it made explicit. Names as make_level() gives them (not the owner's).
+/// Those of any level, all of it made explicit: for levels below kSpokeLevel. Names as make_level() gives them (not the
+/// owner's).
 ListedStencils explicit_stencils(const BaseMesh& base, unsigned level, const TransformOptions& options,
                                  std::span<const std::uint8_t> creases);
 
-/// Those of finer levels: around each base vertex as in a fan of its valence and creases alone, one small mesh for each
-/// kind of base vertex; along the middles of sharp sides as along one such side. On kSpokeLevel, where nothing near is
-/// sharp, of each edge as in a fan with one neighbour that is regular or is not; the rest is made explicit there.
+/// Those of finer levels, found on small meshes.
 class CarriedStencils {
  public:
     CarriedStencils(const GridTopology& topology, const TransformOptions& options,
                     std::span<const std::uint8_t> creases);
-    /// level: at least kSpokeLevel. Keeps small meshes' stencils: not for several threads at once.
+    /// Of kSpokeLevel. Where nothing near is sharp each edge is looked up by its base vertex' valence and whether the
+    /// one that it leads to is regular; the rest of the level is made explicit.
+    [[nodiscard]] ListedStencils at_spoke_level() const;
+    /// Of kFanLevel or a finer one: around each base vertex as in a fan of its valence and creases alone, one small
+    /// mesh for each kind of base vertex; along the middles of sharp sides as along one such side. Keeps small meshes'
+    /// stencils: not for several threads at once, but beside at_spoke_level().
     [[nodiscard]] ListedStencils at_level(unsigned level);
 
  private:
@@ -71,29 +73,24 @@ class CarriedStencils {
     };
     struct Fan {
         std::vector<Corner> corners;  // counter-clockwise; from the boundary on where there is one
-        std::size_t kind;             // of kinds_
+        bool closed;
     };
+    class Spokes;
     void add_fan(Corner start, std::vector<std::uint8_t>& seen);
     [[nodiscard]] Corner turned(Corner c, bool clockwise) const;
     [[nodiscard]] std::uint32_t hub(const Fan& fan) const;
-    [[nodiscard]] bool is_smooth(const Fan& fan) const;
+    [[nodiscard]] std::vector<std::uint8_t> signature(const Fan& fan) const;
     void make_kinds();
-    void add_spokes(const Fan& fan, ListedStencils& out);
-    void add_corner(const Fan& fan, int n, ListedStencils& out) const;
+    void add_corner(std::size_t fan, int n, ListedStencils& out) const;
     void add_middles(int n, ListedStencils& out) const;
-    [[nodiscard]] ListedStencils at_spoke_level();
 
     const GridTopology& topology_;
     std::vector<std::uint8_t> sharp_;  // of each base edge
     TransformOptions options_;
     std::vector<Fan> fans_;
-    std::vector<std::uint8_t> plain_;                    // of each base vertex: one fan, no sharp edge
-    std::vector<std::uint32_t> valence_;                 // of each base vertex
-    std::vector<std::vector<std::uint8_t>> signatures_;  // closed or not, then whether each spoke is sharp
-    std::vector<ListedStencils> kinds_;                  // of the signatures; none before a fine level was asked for
-    std::array<ListedStencils, 2> middles_;              // of a boundary, of a crease
-    std::map<std::pair<std::size_t, bool>, ListedStencils>
-        spokes_;  // by valence, and whether the spoke's end is regular
+    std::vector<std::size_t> kind_of_fan_;  // of kinds_; both empty before a level from kFanLevel on was asked for
+    std::vector<ListedStencils> kinds_;
+    std::array<ListedStencils, 2> middles_;  // of a boundary, of a crease
 };
 
 }  // namespace mvw

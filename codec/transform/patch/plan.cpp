@@ -375,11 +375,12 @@ std::size_t TransformTables::jobs(unsigned levels) {
     levels_ = levels;
     jobs_.clear();
     const auto has_plan = [&](unsigned j) { return plans_[j] != nullptr; };
-    unsigned fine = kSpokeLevel;
+    unsigned fine = kFanLevel;
     while (fine < levels && has_plan(fine)) ++fine;
     if (fine < levels) jobs_.push_back(fine);  // the longest one first
-    for (unsigned j = std::min(levels, kSpokeLevel); j-- > 0;)
+    for (unsigned j = std::min(levels, kFanLevel); j-- > 0;)
         if (!has_plan(j)) jobs_.push_back(j);
+    if (!carried_ && levels > kSpokeLevel) carried_ = std::make_unique<CarriedStencils>(*topology_, options_, creases_);
     return jobs_.size();
 }
 
@@ -389,7 +390,7 @@ void TransformTables::make(std::size_t job) {
         plans_[j] = std::make_unique<LevelPlan>(PlanBuilder(*topology_, j, options_).build(stencils, creases_));
     };
     if (first < kSpokeLevel) return build(first, explicit_stencils(topology_->base(), first, options_, creases_));
-    if (!carried_) carried_ = std::make_unique<CarriedStencils>(*topology_, options_, creases_);
+    if (first == kSpokeLevel) return build(first, carried_->at_spoke_level());
     for (unsigned j = first; j < levels_; ++j)
         if (!plans_[j]) build(j, carried_->at_level(j));
 }

@@ -34,7 +34,7 @@ std::map<EdgeName, Weights> by_edge(const ListedStencils& stencils, const GridTo
     return result;
 }
 
-/// A sphere with valences 3 to 12 beside each other: bipyramids whose faces have one vertex more each, some.
+/// A sphere of valences 3 to 8 and 19 beside each other: a bipyramid, three in five of its faces split in three.
 BaseMesh uneven_sphere() {
     const BaseMesh plain = test::bipyramid(12);
     std::vector<Face> faces;
@@ -52,13 +52,19 @@ BaseMesh uneven_sphere() {
     return test::make_base(vertices, std::move(faces));
 }
 
+/// Two tetrahedra that share vertex 0: a vertex of six edges in two fans.
+BaseMesh two_fans() {
+    return test::make_base(7, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 5, 4}, {0, 4, 6}, {4, 5, 6}, {5, 0, 6}});
+}
+
 /// Stencils carried to a level are those that the level's whole connectivity gives.
-void expect_carried(const test::NamedBase& b, TransformKind kind, unsigned level) {
-    SCOPED_TRACE(b.name + ", transform " + std::to_string(static_cast<int>(kind)) + ", level " + std::to_string(level));
-    const TransformOptions options{.kind = kind};
+void expect_carried(const test::NamedBase& b, const TransformOptions& options, unsigned level) {
+    SCOPED_TRACE(b.name + ", transform " + std::to_string(static_cast<int>(options.kind)) + ", level " +
+                 std::to_string(level));
     const GridTopology topology(b.base);
     CarriedStencils carried(topology, options, b.creases);
-    const auto found = by_edge(carried.at_level(level), topology, 1 << level);
+    const auto found =
+        by_edge(level == kSpokeLevel ? carried.at_spoke_level() : carried.at_level(level), topology, 1 << level);
     const auto wanted = by_edge(explicit_stencils(b.base, level, options, b.creases), topology, 1 << level);
     ASSERT_EQ(found.size(), wanted.size());
     for (const auto& [edge, weights] : wanted) {
@@ -76,10 +82,19 @@ void expect_carried(const test::NamedBase& b, TransformKind kind, unsigned level
 TEST(CarriedStencils, AreThoseOfTheWholeLevel) {
     std::vector<test::NamedBase> bases = test::all_bases();
     bases.push_back({"uneven sphere", uneven_sphere(), {}});
+    bases.push_back({"two fans", two_fans(), {}});
+    test::NamedBase mixed{"large torus with a crease", test::grid(8, 8, true), {}};
+    mixed.creases.assign(mixed.base.edge_count(), 0);
+    mixed.creases[5] = 1;
+    bases.push_back(mixed);
     for (const test::NamedBase& b : bases)
         for (unsigned kind = 0; kind < kTransformCount; ++kind)
-            for (unsigned level = kSpokeLevel; level <= kFanLevel; ++level)
-                expect_carried(b, static_cast<TransformKind>(kind), level);
+            for (unsigned level = kSpokeLevel; level <= kFanLevel; ++level) {
+                if (level == kFanLevel && b.name == "two fans") continue;  // there each fan counts alone
+                expect_carried(b, {.kind = static_cast<TransformKind>(kind)}, level);
+            }
+    expect_carried(bases.back(), {.kind = TransformKind::Interp, .s = 0.8}, kSpokeLevel);
+    expect_carried(bases.back(), {.kind = TransformKind::Loop, .loop_template = 4}, kSpokeLevel);
 }
 
 }  // namespace
