@@ -252,7 +252,9 @@ TEST(CodedBase, TwoFacesOnEachOtherAreRefusedWithMoreThanOneLevel) {
             PartParams params;
             params.base_bits = 4;
             if (levels > 0) params.steps.assign(levels + 1u, 9), params.across.assign(levels + 1u, 9);
-            const Bytes payload = write_base(coded, renumber(mesh, coded), params);
+            SemiRegularMesh coded_mesh = renumber(mesh, coded);
+            coded_mesh.levels = levels;
+            const Bytes payload = write_base(coded, coded_mesh, params);
             const Result<DecodedBase> base = read_base(payload, {levels, 3, 3, 2}, 0);
             ASSERT_EQ(base.ok(), levels <= 1) << unsigned{levels};
             if (!base.ok()) {
