@@ -156,30 +156,21 @@ List with_missing(List list, std::uint32_t none) {
     return list;
 }
 
-/// What names stand for in one face.
 template <typename List>
-List looked_up(List names, const std::vector<std::uint32_t>& places) {
-    for (std::uint32_t& name : names) name = places[name];
-    return names;
+std::span<std::uint32_t> numbers_from(std::vector<List>& lists, std::size_t first) {
+    return {lists[first].data(), (lists.size() - first) * List().size()};
 }
 
-/// Fills in what names(point) are in each face, run by run. They are written down once, where the last face's run will
-/// be: that needs no memory of its own.
-template <typename List, typename Names>
-void add_insides(const std::vector<std::uint32_t>& faces, std::uint32_t none, Names names, const Locator& locator,
-                 unsigned level, std::span<List> out) {
-    if (out.empty()) return;
+/// Names, written down where those of the last face will be, become places in each face.
+void spread_names(const std::vector<std::uint32_t>& faces, std::uint32_t none, const Locator& locator,
+                  std::span<std::uint32_t> out) {
     const std::size_t run = out.size() / faces.size();
-    const std::span<List> pattern = out.last(run);
-    const auto n = std::int64_t{1} << level;
-    std::size_t rank = 0;
-    for (std::int64_t i = 1; i < n; ++i)
-        for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step) pattern[rank++] = names({i, k});
+    const std::span<std::uint32_t> names = out.last(run);
     std::vector<std::uint32_t> places;
     for (std::size_t slot = 0; slot < faces.size(); ++slot) {
         locator.places(faces[slot], none, places);
-        std::ranges::transform(pattern, out.subspan(slot * run, run).begin(),
-                               [&](const List& list) { return looked_up(list, places); });
+        const std::span<std::uint32_t> own = out.subspan(slot * run, run);
+        for (std::size_t k = 0; k < run; ++k) own[k] = places[names[k]];
     }
 }
 
@@ -251,17 +242,18 @@ BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t
         }
     }
     const std::size_t first = neighbors_.size();
+    if (first == size()) return;  // nothing is inside faces
     neighbors_.resize(size());
-    add_insides(
-        owned.faces, none, [&](GridPoint p) { return neighbor_names(here, p); }, here, level,
-        std::span(neighbors_).subspan(first));
-    if (level == 1) return;
     parents_.resize(size());
-    const auto parent_names = [&](GridPoint p) {
-        const auto [a, b] = ends_of(p);
-        return Parents{coarse.name(a), coarse.name(b)};
-    };
-    add_insides(owned.faces, no_parent, parent_names, coarse, level, std::span(parents_).subspan(first));
+    std::size_t last_run = size() - (size() - first) / owned.faces.size();
+    for (std::int64_t i = 1; i < n; ++i)
+        for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step, ++last_run) {
+            const auto [a, b] = ends_of({i, k});
+            neighbors_[last_run] = neighbor_names(here, {i, k});
+            parents_[last_run] = {coarse.name(a), coarse.name(b)};
+        }
+    spread_names(owned.faces, none, here, numbers_from(neighbors_, first));
+    spread_names(owned.faces, no_parent, coarse, numbers_from(parents_, first));
 }
 
 }  // namespace mvw

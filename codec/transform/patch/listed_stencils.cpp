@@ -1,9 +1,9 @@
 #include "codec/transform/patch/listed_stencils.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
-#include <utility>
+
+#include "codec/transform/patch/shared_rows.h"
 
 namespace mvw {
 
@@ -86,27 +86,35 @@ std::uint32_t nearest_corner(const BaseMesh& base, const GridEdge& e, int m) {
     return base.faces()[e.face][nearest];
 }
 
-template <typename Place>
-GridEdge moved(const GridEdge& e, int m, int n, Place place) {
-    const auto ends = edge_ends(e.plane, e.i, e.k, m);
-    const GridVertex a = place(e.face, ends[0]), b = place(e.face, ends[1]);
-    return edge_between(a.face, barycentric(a.i, a.k, n), barycentric(b.i, b.k, n));
-}
+/// Where points of a small mesh lie in another one: face i from its corner 0 on as corners[(first + i) % their number]
+/// says, and `by` further.
+struct Placing {
+    std::span<const FaceCorner> corners;
+    std::size_t first;
+    Barycentric by;
+    int from, to;  // segments a side
 
-/// Adds stencil e of `from` with each of its points moved by `place`, from a level of m to one of n points a side.
-template <typename Place>
-void add_moved(const ListedStencils& from, std::size_t e, int m, int n, Place place, ListedStencils& out) {
-    const auto vertex = [&](const GridVertex& v) { return place(v.face, barycentric(v.i, v.k, m)); };
-    for (const auto& t : from.terms_of(e)) out.terms.push_back({vertex(t.vertex), t.position, t.shape});
-    for (const auto& l : from.lifts_of(e)) out.lifts.push_back({vertex(l.vertex), l.weight});
-    out.end_edge(moved(from.edges[e].edge, m, n, place), from.edges[e].sharp);
-}
+    [[nodiscard]] GridVertex operator()(std::uint32_t i, const Barycentric& b) const {
+        const auto [face, corner] = corners[(first + i) % corners.size()];
+        Barycentric r{};
+        for (unsigned c = 0; c < 3; ++c) r[(corner + c) % 3] = b[c] + by[c];
+        return {face, r[1], r[2]};
+    }
+    [[nodiscard]] GridVertex operator()(const GridVertex& v) const {
+        return (*this)(v.face, barycentric(v.i, v.k, from));
+    }
+    [[nodiscard]] GridEdge operator()(const GridEdge& e) const {
+        const auto ends = edge_ends(e.plane, e.i, e.k, from);
+        const GridVertex a = (*this)(e.face, ends[0]), b = (*this)(e.face, ends[1]);
+        return edge_between(a.face, barycentric(a.i, a.k, to), barycentric(b.i, b.k, to));
+    }
+};
 
-/// The point of a face whose barycentric coordinates, from one of its corners on, are b.
-GridVertex turned_to(std::uint32_t face, unsigned corner, const Barycentric& b) {
-    Barycentric r{};
-    for (unsigned c = 0; c < 3; ++c) r[(corner + c) % 3] = b[c];
-    return {face, r[1], r[2]};
+/// Adds stencil e of `from` with each of its points moved.
+void add_moved(const ListedStencils& from, std::size_t e, const Placing& place, ListedStencils& out) {
+    for (const auto& t : from.terms_of(e)) out.terms.push_back({place(t.vertex), t.position, t.shape});
+    for (const auto& l : from.lifts_of(e)) out.lifts.push_back({place(l.vertex), l.weight});
+    out.end_edge(place(from.edges[e].edge), from.edges[e].sharp);
 }
 
 /// The listed stencils of a level of a small mesh: those of its edges for which keep(edge) holds.
@@ -154,14 +162,14 @@ BaseMesh fan_base(std::uint32_t faces, bool closed) {
 }
 
 /// What lies nearer to the middle of the fan than to its rim.
-ListedStencils fan_stencils(const std::vector<std::uint8_t>& signature, const TransformOptions& options) {
+ListedStencils fan_stencils(const std::vector<float>& signature, const TransformOptions& options) {
     const bool closed = signature[0] != 0;
     const auto spokes = static_cast<std::uint32_t>(signature.size() - 1);
     const BaseMesh base = fan_base(closed ? spokes : spokes - 1, closed);
     std::vector<std::uint8_t> creases(base.edge_count());
     for (std::uint32_t e = 0; e < base.edge_count(); ++e)
         for (const auto& [hub, rim] : {std::pair{0, 1}, std::pair{1, 0}})
-            if (base.edges()[e].v[hub] == 0) creases[e] = signature[base.edges()[e].v[rim]];
+            if (base.edges()[e].v[hub] == 0) creases[e] = signature[base.edges()[e].v[rim]] != 0 ? 1 : 0;
     return stencils_where(base, kFanLevel, options, creases,
                           [&](const GridEdge& e) { return nearest_corner(base, e, 1 << kFanLevel) == 0; });
 }
@@ -233,9 +241,9 @@ std::uint32_t CarriedStencils::hub(const Fan& fan) const {
     return topology_.base().faces()[fan.corners[0].face][fan.corners[0].corner];
 }
 
-/// Closed or not, then whether each spoke is sharp.
-std::vector<std::uint8_t> CarriedStencils::signature(const Fan& fan) const {
-    std::vector<std::uint8_t> result{fan.closed ? std::uint8_t{1} : std::uint8_t{0}};
+/// 1 where it is closed, then 1 for each spoke that is sharp; else 0.
+std::vector<float> CarriedStencils::signature(const Fan& fan) const {
+    std::vector<float> result{fan.closed ? 1.0f : 0.0f};
     for (const Corner& c : fan.corners) result.push_back(sharp_[topology_.base().edge_of(c.face, c.corner)]);
     if (!fan.closed) result.push_back(1);
     return result;
@@ -244,13 +252,19 @@ std::vector<std::uint8_t> CarriedStencils::signature(const Fan& fan) const {
 /// What levels from kFanLevel on are made of.
 void CarriedStencils::make_kinds() {
     if (!kinds_.empty()) return;
-    std::map<std::vector<std::uint8_t>, std::size_t> known;
+    std::vector<float> numbers;
+    SharedRows signatures(numbers);
+    std::vector<std::size_t> kind_at;  // by where its signature begins
     for (const Fan& fan : fans_) {
-        const auto [kind, is_new] = known.try_emplace(signature(fan), kinds_.size());
-        if (is_new) kinds_.push_back(fan_stencils(kind->first, options_));
-        kind_of_fan_.push_back(kind->second);
+        const std::vector<float> row = signature(fan);
+        const std::uint32_t place = signatures.place(row);
+        if (place >= kind_at.size()) {
+            kind_at.resize(numbers.size(), kinds_.size());
+            kinds_.push_back(fan_stencils(row, options_));
+        }
+        kind_of_fan_.push_back(kind_at[place]);
     }
-    if (std::ranges::find(sharp_, 1) != sharp_.end())
+    if (std::find(sharp_.begin(), sharp_.end(), 1) != sharp_.end())
         middles_ = {middle_stencils(false, options_), middle_stencils(true, options_)};
 }
 
@@ -265,26 +279,30 @@ class CarriedStencils::Spokes {
                 ++valence_[v];
                 if (carried.sharp_[e] != 0) plain_[v] = 0;
             }
-        for (const Fan& fan : carried.fans_)
+        std::size_t most = 0;
+        for (const Fan& fan : carried.fans_) {
             if (fan.corners.size() != valence_[carried.hub(fan)]) plain_[carried.hub(fan)] = 0;
+            most = std::max(most, fan.corners.size());
+        }
+        known_.assign(2 * most + 2, 0);
     }
     /// Whether nothing that the spokes' edges see is sharp. Two faces on each other see nothing but themselves.
     [[nodiscard]] bool is_smooth(const Fan& fan) const {
         return fan.corners.size() > 2 && plain_[carried_.hub(fan)] != 0 &&
-               std::ranges::all_of(fan.corners, [&](const Corner& c) { return plain_[end_of_spoke(c)] != 0; });
+               std::all_of(fan.corners.begin(), fan.corners.end(),
+                           [&](const Corner& c) { return plain_[end_of_spoke(c)] != 0; });
     }
     void add(const Fan& fan, ListedStencils& out) {
         constexpr int n = 1 << kSpokeLevel;
         const std::size_t spokes = fan.corners.size();
         for (std::size_t s = 0; s < spokes; ++s) {
             const bool regular = valence_[end_of_spoke(fan.corners[s])] == 6;
-            const auto [known, is_new] = known_.try_emplace({spokes, regular});
-            if (is_new) known->second = spoke_stencils(spokes, regular, carried_.options_);
-            const auto place = [&](std::uint32_t i, const Barycentric& b) {
-                const Corner& to = fan.corners[(s + i) % spokes];
-                return turned_to(to.face, to.corner, b);
-            };
-            add_moved(known->second, 0, n, n, place, out);
+            std::size_t& known = known_[2 * spokes + (regular ? 1 : 0)];
+            if (known == 0) {
+                stencils_.push_back(spoke_stencils(spokes, regular, carried_.options_));
+                known = stencils_.size();
+            }
+            add_moved(stencils_[known - 1], 0, {fan.corners, s, {}, n, n}, out);
         }
     }
 
@@ -295,9 +313,11 @@ class CarriedStencils::Spokes {
 
     const CarriedStencils& carried_;
     const BaseMesh& base_;
-    std::vector<std::uint8_t> plain_;                               // of each base vertex: one fan, no sharp edge
-    std::vector<std::uint32_t> valence_;                            // of each base vertex
-    std::map<std::pair<std::size_t, bool>, ListedStencils> known_;  // by valence, and whether the end is regular
+    std::vector<std::uint8_t> plain_;     // of each base vertex: one fan, no sharp edge
+    std::vector<std::uint32_t> valence_;  // of each base vertex
+    std::vector<ListedStencils> stencils_;
+    std::vector<std::size_t>
+        known_;  // by twice the valence, and one for a regular end: a number of stencils_ from 1 on
 };
 
 ListedStencils CarriedStencils::at_spoke_level() const {
@@ -307,7 +327,7 @@ ListedStencils CarriedStencils::at_spoke_level() const {
     for (const Fan& fan : fans_)
         if (!spokes.is_smooth(fan)) smooth[hub(fan)] = 0;
     ListedStencils result;
-    if (std::ranges::find(smooth, 0) != smooth.end())
+    if (std::find(smooth.begin(), smooth.end(), 0) != smooth.end())
         result = stencils_where(base, kSpokeLevel, options_, sharp_, [&](const GridEdge& e) {
             return smooth[nearest_corner(base, e, 1 << kSpokeLevel)] == 0;
         });
@@ -318,12 +338,9 @@ ListedStencils CarriedStencils::at_spoke_level() const {
 
 void CarriedStencils::add_corner(std::size_t fan, int n, ListedStencils& out) const {
     constexpr int m = 1 << kFanLevel;
-    const auto place = [&](std::uint32_t i, const Barycentric& b) {
-        const auto [face, corner] = fans_[fan].corners[i];
-        return turned_to(face, corner, {b[0] + n - m, b[1], b[2]});
-    };
     const ListedStencils& kind = kinds_[kind_of_fan_[fan]];
-    for (std::size_t e = 0; e < kind.edges.size(); ++e) add_moved(kind, e, m, n, place, out);
+    for (std::size_t e = 0; e < kind.edges.size(); ++e)
+        add_moved(kind, e, {fans_[fan].corners, 0, {n - m, 0, 0}, m, n}, out);
 }
 
 void CarriedStencils::add_middles(int n, ListedStencils& out) const {
@@ -336,15 +353,10 @@ void CarriedStencils::add_middles(int n, ListedStencils& out) const {
             const bool boundary = base.edges()[e].face[1] == kNone;
             const ListedStencils& middle = middles_[boundary ? 0 : 1];
             for (int t = near_end; t < n - near_end; ++t) {
-                const auto place = [&](std::uint32_t, const Barycentric& b) {
-                    Barycentric r{};
-                    r[side] = b[0] + (n - m) - (t - kMiddle);
-                    r[(side + 1) % 3] = b[1] + t - kMiddle;
-                    r[(side + 2) % 3] = b[2];
-                    return GridVertex{f, r[1], r[2]};
-                };
+                const Corner at{f, side};
+                const Placing place{{&at, 1}, 0, {(n - m) - (t - kMiddle), t - kMiddle, 0}, m, n};
                 for (std::size_t i = 0; i < middle.edges.size(); ++i)
-                    if (!middle.edges[i].sharp || topology_.owns_side(f, side)) add_moved(middle, i, m, n, place, out);
+                    if (!middle.edges[i].sharp || topology_.owns_side(f, side)) add_moved(middle, i, place, out);
             }
         }
 }

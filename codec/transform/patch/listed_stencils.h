@@ -53,6 +53,11 @@ inline constexpr unsigned kFanLevel = 3, kSpokeLevel = 2;
 ListedStencils explicit_stencils(const BaseMesh& base, unsigned level, const TransformOptions& options,
                                  std::span<const std::uint8_t> creases);
 
+struct FaceCorner {
+    std::uint32_t face;
+    unsigned corner;
+};
+
 /// Those of finer levels, found on small meshes.
 class CarriedStencils {
  public:
@@ -67,10 +72,7 @@ class CarriedStencils {
     [[nodiscard]] ListedStencils at_level(unsigned level);
 
  private:
-    struct Corner {
-        std::uint32_t face;
-        unsigned corner;
-    };
+    using Corner = FaceCorner;
     struct Fan {
         std::vector<Corner> corners;  // counter-clockwise; from the boundary on where there is one
         bool closed;
@@ -79,7 +81,7 @@ class CarriedStencils {
     void add_fan(Corner start, std::vector<std::uint8_t>& seen);
     [[nodiscard]] Corner turned(Corner c, bool clockwise) const;
     [[nodiscard]] std::uint32_t hub(const Fan& fan) const;
-    [[nodiscard]] std::vector<std::uint8_t> signature(const Fan& fan) const;
+    [[nodiscard]] std::vector<float> signature(const Fan& fan) const;
     void make_kinds();
     void add_corner(std::size_t fan, int n, ListedStencils& out) const;
     void add_middles(int n, ListedStencils& out) const;
