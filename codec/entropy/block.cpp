@@ -245,12 +245,12 @@ BlockShape::BlockShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t
     if (first == size()) return;  // nothing is inside faces
     neighbors_.resize(size());
     parents_.resize(size());
-    std::size_t last_run = size() - (size() - first) / owned.faces.size();
+    std::size_t at = size() - (size() - first) / owned.faces.size();  // the last face's
     for (std::int64_t i = 1; i < n; ++i)
-        for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step, ++last_run) {
+        for (std::int64_t k = 1, step = i % 2 == 1 ? 1 : 2; i + k < n; k += step, ++at) {
             const auto [a, b] = ends_of({i, k});
-            neighbors_[last_run] = neighbor_names(here, {i, k});
-            parents_[last_run] = {coarse.name(a), coarse.name(b)};
+            neighbors_[at] = neighbor_names(here, {i, k});
+            parents_[at] = {coarse.name(a), coarse.name(b)};
         }
     spread_names(owned.faces, none, here, numbers_from(neighbors_, first));
     spread_names(owned.faces, no_parent, coarse, numbers_from(parents_, first));

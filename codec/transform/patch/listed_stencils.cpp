@@ -212,7 +212,7 @@ CarriedStencils::CarriedStencils(const GridTopology& topology, const TransformOp
 }
 
 /// The next face around the same base vertex; face is kNone beyond a boundary.
-CarriedStencils::Corner CarriedStencils::turned(Corner c, bool clockwise) const {
+FaceCorner CarriedStencils::turned(FaceCorner c, bool clockwise) const {
     const unsigned side = clockwise ? c.corner : (c.corner + 2) % 3;
     const std::uint32_t g = topology_.neighbour(c.face, side);
     if (g == kNone) return {kNone, 0};
@@ -220,16 +220,16 @@ CarriedStencils::Corner CarriedStencils::turned(Corner c, bool clockwise) const 
     return {g, clockwise ? (back + 1) % 3 : back};
 }
 
-void CarriedStencils::add_fan(Corner start, std::vector<std::uint8_t>& seen) {
-    Corner first = start;
+void CarriedStencils::add_fan(FaceCorner start, std::vector<std::uint8_t>& seen) {
+    FaceCorner first = start;
     bool closed = false;
-    for (Corner c = turned(start, true); c.face != kNone && !closed; c = turned(c, true)) {
+    for (FaceCorner c = turned(start, true); c.face != kNone && !closed; c = turned(c, true)) {
         closed = c.face == start.face;
         if (!closed) first = c;
     }
     if (closed) first = start;
     Fan fan{{}, closed};
-    for (Corner c = first; c.face != kNone; c = turned(c, false)) {
+    for (FaceCorner c = first; c.face != kNone; c = turned(c, false)) {
         if (seen[std::size_t{3} * c.face + c.corner] != 0) break;
         seen[std::size_t{3} * c.face + c.corner] = 1;
         fan.corners.push_back(c);
@@ -241,10 +241,10 @@ std::uint32_t CarriedStencils::hub(const Fan& fan) const {
     return topology_.base().faces()[fan.corners[0].face][fan.corners[0].corner];
 }
 
-/// 1 where it is closed, then 1 for each spoke that is sharp; else 0.
+/// 1 where it is closed, then 1 for each spoke that is sharp; else 0. Floats, which SharedRows keeps.
 std::vector<float> CarriedStencils::signature(const Fan& fan) const {
     std::vector<float> result{fan.closed ? 1.0f : 0.0f};
-    for (const Corner& c : fan.corners) result.push_back(sharp_[topology_.base().edge_of(c.face, c.corner)]);
+    for (const FaceCorner& c : fan.corners) result.push_back(sharp_[topology_.base().edge_of(c.face, c.corner)]);
     if (!fan.closed) result.push_back(1);
     return result;
 }
@@ -290,7 +290,7 @@ class CarriedStencils::Spokes {
     [[nodiscard]] bool is_smooth(const Fan& fan) const {
         return fan.corners.size() > 2 && plain_[carried_.hub(fan)] != 0 &&
                std::all_of(fan.corners.begin(), fan.corners.end(),
-                           [&](const Corner& c) { return plain_[end_of_spoke(c)] != 0; });
+                           [&](const FaceCorner& c) { return plain_[end_of_spoke(c)] != 0; });
     }
     void add(const Fan& fan, ListedStencils& out) {
         constexpr int n = 1 << kSpokeLevel;
@@ -307,7 +307,7 @@ class CarriedStencils::Spokes {
     }
 
  private:
-    [[nodiscard]] std::uint32_t end_of_spoke(const Corner& c) const {
+    [[nodiscard]] std::uint32_t end_of_spoke(const FaceCorner& c) const {
         return base_.faces()[c.face][(c.corner + 1) % 3];
     }
 
@@ -353,7 +353,7 @@ void CarriedStencils::add_middles(int n, ListedStencils& out) const {
             const bool boundary = base.edges()[e].face[1] == kNone;
             const ListedStencils& middle = middles_[boundary ? 0 : 1];
             for (int t = near_end; t < n - near_end; ++t) {
-                const Corner at{f, side};
+                const FaceCorner at{f, side};
                 const Placing place{{&at, 1}, 0, {(n - m) - (t - kMiddle), t - kMiddle, 0}, m, n};
                 for (std::size_t i = 0; i < middle.edges.size(); ++i)
                     if (!middle.edges[i].sharp || topology_.owns_side(f, side)) add_moved(middle, i, place, out);

@@ -72,14 +72,13 @@ class CarriedStencils {
     [[nodiscard]] ListedStencils at_level(unsigned level);
 
  private:
-    using Corner = FaceCorner;
     struct Fan {
-        std::vector<Corner> corners;  // counter-clockwise; from the boundary on where there is one
+        std::vector<FaceCorner> corners;  // counter-clockwise; from the boundary on where there is one
         bool closed;
     };
     class Spokes;
-    void add_fan(Corner start, std::vector<std::uint8_t>& seen);
-    [[nodiscard]] Corner turned(Corner c, bool clockwise) const;
+    void add_fan(FaceCorner start, std::vector<std::uint8_t>& seen);
+    [[nodiscard]] FaceCorner turned(FaceCorner c, bool clockwise) const;
     [[nodiscard]] std::uint32_t hub(const Fan& fan) const;
     [[nodiscard]] std::vector<float> signature(const Fan& fan) const;
     void make_kinds();
