@@ -9,6 +9,7 @@
 #include "client/viewer/headless_gl.h"
 #include "client/viewer/renderer.h"
 #include "codec/mesh/semi_regular.h"
+#include "codec/mesh/solid.h"
 
 namespace mvw {
 namespace {
@@ -103,7 +104,10 @@ Result<Image> draw_picture(const Mesh& mesh, const PictureOptions& options) {
     const Camera camera = options.camera ? *options.camera
                                          : fit_camera(mesh, options.yaw, options.pitch,
                                                       static_cast<double>(options.width) / options.height);
-    const RenderOptions render{width, height, 1.2f * kOversampling, options.wireframe, options.flat};
+    const Backs backs = options.backs_in_place ? Backs::InPlace
+                        : bounds_solids(mesh)  ? Backs::BehindFronts
+                                               : Backs::StepBehind;
+    const RenderOptions render{width, height, 1.2f * kOversampling, options.wireframe, options.flat, backs};
     if (auto drawn = render_frame(mesh, options.lines, camera, render); !drawn.ok()) return drawn.error();
     return reduce(read_back(canvas, resolved, width, height), options.width, options.height);
 }

@@ -15,6 +15,7 @@ struct PictureOptions {
     unsigned width = 1024, height = 768;  // 1 to kMaxPictureSide each
     bool wireframe = false;
     bool flat = false;                     // facet normals instead of smooth ones
+    bool backs_in_place = false;           // what lies nearest is drawn, be it a back (sides.h): to find folds
     double yaw = 30, pitch = 15;           // degrees around the model; it always fills the picture
     std::optional<Camera> camera;          // instead of yaw and pitch: several pictures from one place
     std::vector<std::vector<Vec3>> lines;  // polylines drawn over the surface where it does not hide them
@@ -23,9 +24,9 @@ struct PictureOptions {
 inline constexpr unsigned kMaxPictureSide = 4096;
 
 /// Draws one mesh with a headless OpenGL context, in its per-vertex colours where it has them. Back faces are tinted
-/// red, so that flipped triangles show. Smooth shading leaves edges of over 40 degrees sharp. The same mesh and options
-/// give the same picture. InvalidArgument for a side out of range or a vertex that is not finite; Io where no OpenGL
-/// can be had (the message names the package).
+/// red; fronts close behind them, or anywhere behind them where the mesh bounds solids, hide them (sides.h). Smooth
+/// shading leaves edges of over 40 degrees sharp. The same mesh and options give the same picture. InvalidArgument for
+/// a side out of range or a vertex that is not finite; Io where no OpenGL can be had (the message names the package).
 Result<Image> draw_picture(const Mesh& mesh, const PictureOptions& options);
 
 /// Colours for `values` from blue (0) over green to red (`top` and above): error pictures.

@@ -141,7 +141,9 @@ Result<void> draw_surface(const Mesh& mesh, const Camera& camera, const Matrix4&
     Vertices::attribute(2, 4, GL_UNSIGNED_BYTE, true, sizeof(Corner), offsetof(Corner, color));
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);
-    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(corners.size()));
+    const double diagonal = bounding_box(mesh).diagonal() / camera.distance;
+    draw_sides(depth_shift(options.backs, static_cast<double>(projection[14]), 1, diagonal),
+               [&] { glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(corners.size())); });
     return {};
 }
 

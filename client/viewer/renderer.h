@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "client/viewer/camera.h"
+#include "client/viewer/sides.h"
 #include "codec/mesh/mesh.h"
 #include "codec/result.h"
 
@@ -13,6 +14,7 @@ struct RenderOptions {
     float line_width = 1;            // pixels
     bool wireframe = false;
     bool flat = false;
+    Backs backs = Backs::StepBehind;
 };
 
 /// Background, mesh, lines: one whole frame. `lines` are polylines in model units. Io where the driver refuses the

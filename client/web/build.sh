@@ -75,8 +75,9 @@ if [ ! -e "$out/module/build.ninja" ]; then
         -DDRACO_SOURCE="$out/sources/draco" -DZSTD_SOURCE="$out/sources/zstd" >/dev/null
 fi
 cmake --build "$out/module" | tail -n 1
-# What the linker's pass leaves shrinks by another hundredth when passes go on until none helps.
-wasm-opt -Oz --converge --low-memory-unused --enable-simd --enable-bulk-memory --enable-sign-ext \
+# What the linker's pass leaves shrinks by another hundredth when passes go on until none helps, and by as much again
+# when control flow is built anew.
+wasm-opt -Oz --converge --flatten --rereloop -Oz -Oz --low-memory-unused --enable-simd --enable-bulk-memory --enable-sign-ext \
     --enable-mutable-globals --enable-nontrapping-float-to-int "$out/module/mvw.wasm" -o "$out/module/packed.wasm"
 
 mkdir -p "$out/mvw/src" "$page"

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "codec/mesh/clean.h"
+#include "codec/mesh/disjoint_sets.h"
 #include "codec/mesh/half_edges.h"
 #include "codec/mesh/semi_regular.h"
 
@@ -57,12 +58,6 @@ std::string fault_of_connectivity(const Mesh& mesh) {
     return {};
 }
 
-/// Smallest member of v's set; halves the path on the way.
-std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
 /// Counts the loops that boundary edges form, each to its component, given where each boundary vertex leads.
 void count_loops(std::vector<std::uint32_t> next, std::span<const std::uint32_t> component_of_vertex,
                  std::vector<Component>& parts) {
@@ -87,10 +82,7 @@ std::vector<Component> components(const Mesh& mesh, std::vector<std::uint32_t>& 
     std::vector<std::uint32_t> parent(V);
     std::iota(parent.begin(), parent.end(), 0u);
     for (const Face& f : mesh.faces)
-        for (const std::uint32_t v : {f[1], f[2]}) {
-            const std::uint32_t a = find_root(parent, f[0]), b = find_root(parent, v);
-            parent[std::max(a, b)] = std::min(a, b);
-        }
+        for (const std::uint32_t v : {f[1], f[2]}) unite(parent, f[0], v);
 
     std::vector<Component> parts;
     std::vector<std::uint32_t> component_of_vertex(V, kNone);

@@ -14,14 +14,12 @@ bool shows_back(unsigned red, unsigned green) {
     return red > kLeastRed && 5 * red > 8 * green;
 }
 
-}  // namespace
-
-Result<std::uint64_t> count_backs(const Mesh& mesh) {
-    const Mesh grey{mesh.positions, mesh.faces, {}, {}};
+Result<std::uint64_t> count_red(const Mesh& grey, bool in_place) {
     std::uint64_t count = 0;
     PictureOptions options;
     options.width = kWidth;
     options.height = kHeight;
+    options.backs_in_place = in_place;
     for (const double yaw : kYaws)
         for (const double pitch : kPitches) {
             options.yaw = yaw;
@@ -32,6 +30,17 @@ Result<std::uint64_t> count_backs(const Mesh& mesh) {
                 count += shows_back(picture->rgb[i], picture->rgb[i + 1]) ? 1 : 0;
         }
     return count;
+}
+
+}  // namespace
+
+Result<BackPixels> count_backs(const Mesh& mesh) {
+    const Mesh grey{mesh.positions, mesh.faces, {}, {}};
+    const auto in_place = count_red(grey, true);
+    if (!in_place) return in_place.error();
+    const auto seen = *in_place > 0 ? count_red(grey, false) : in_place;
+    if (!seen) return seen.error();
+    return BackPixels{*in_place, *seen};
 }
 
 }  // namespace mvw::bench

@@ -1,7 +1,6 @@
 #include "tools/bench/models.h"
 
-#include <fmt/core.h>
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -76,22 +75,28 @@ Figures measure(const ModelFile& model, const ModelsOptions& options) {
 }
 
 const std::vector<std::string> kHead{
-    "model",    "input vertices", "input faces", "parts",    "base faces",  "levels",      "vertices",
-    "bytes",    "base bytes",     "bits/vertex", "PSNR dB",  "max",         "normals deg", "draco area share",
-    "encode s", "decode s",       "peak MB",     "folds",    "input folds", "backs",       "input backs",
-    "genus",    "loops",          "topology",    "streamed", "note"};
+    "model",       "input vertices",   "input faces", "parts",   "base faces",  "levels",      "vertices",
+    "bytes",       "base bytes",       "bits/vertex", "PSNR dB", "max",         "normals deg", "draco area share",
+    "encode s",    "decode s",         "peak MB",     "folds",   "input folds", "backs",       "backs seen",
+    "input backs", "input backs seen", "genus",       "loops",   "topology",    "streamed",    "note"};
 
 std::vector<std::string> row_of(const ModelFile& model, const Figures& f) {
     const auto& e = f.encode;
-    std::string bits, folds, input_folds, backs, input_backs, genus, loops, topology;
+    std::string bits, folds, input_folds, backs, seen, input_backs, input_seen, genus, loops, topology;
     if (const double vertices = e.value("input_vertices", 0.0); vertices > 0)
         bits = fmt::format("{:.2f}", 8 * e.value("bytes", 0.0) / vertices);
     if (f.inspection) {
         const Inspection& i = *f.inspection;
         folds = fmt::format("{}", i.folds);
         input_folds = fmt::format("{}", i.input_folds);
-        backs = fmt::format("{}", fmt::join(i.backs, " "));
-        if (!backs.empty()) input_backs = fmt::format("{}", i.input_backs);
+        for (const BackPixels& level : i.backs) {
+            backs += fmt::format("{}{}", backs.empty() ? "" : " ", level.in_place);
+            seen += fmt::format("{}{}", seen.empty() ? "" : " ", level.seen);
+        }
+        if (!backs.empty()) {
+            input_backs = fmt::format("{}", i.input_backs.in_place);
+            input_seen = fmt::format("{}", i.input_backs.seen);
+        }
         genus = fmt::format("{}", i.topology.genus);
         loops = fmt::format("{}", i.topology.boundary_loops);
         topology = i.topology_kept ? "kept" : i.topology_trouble;
@@ -116,7 +121,9 @@ std::vector<std::string> row_of(const ModelFile& model, const Figures& f) {
             folds,
             input_folds,
             backs,
+            seen,
             input_backs,
+            input_seen,
             genus,
             loops,
             topology,

@@ -10,7 +10,6 @@
 #include "codec/mesh/clean.h"
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
-#include "tools/bench/backs.h"
 
 namespace mvw::bench {
 namespace {

@@ -5,14 +5,15 @@
 #include <vector>
 
 #include "codec/result.h"
+#include "tools/bench/backs.h"
 #include "tools/bench/folds.h"
 
 namespace mvw::bench {
 
 struct Inspection {
     std::uint64_t folds = 0, input_folds = 0;  // of the finest level, of the cleaned input (folds.h)
-    std::vector<std::uint64_t> backs;          // of each level (backs.h); empty without a picture
-    std::uint64_t input_backs = 0;             // likewise of the cleaned input
+    std::vector<BackPixels> backs;             // of each level; empty without a picture
+    BackPixels input_backs;                    // of the cleaned input
     Topology topology;                         // of the cleaned input
     bool topology_kept = true;                 // by every level
     std::string topology_trouble;              // which level has what instead

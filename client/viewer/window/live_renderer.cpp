@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client/viewer/shaders.h"
+#include "client/viewer/sides.h"
 
 namespace mvw::client {
 namespace {
@@ -112,7 +113,7 @@ void Turntable::aim(double aspect, double covered) {
     constexpr double kHalfField = 14 * std::numbers::pi / 180;
     const double tangent = std::tan(kHalfField), r = static_cast<double>(radius);
     const double fit_distance = 0.85 * r / std::sin(kHalfField) / std::min(1.0, aspect * (1 - covered));
-    const double distance = std::max(fit_distance / zoom, 0.02 * r);
+    distance = std::max(fit_distance / zoom, 0.02 * r);
     const double y = yaw * std::numbers::pi / 180, p = pitch * std::numbers::pi / 180;
     std::array<Vec3, 3> rows{Vec3{std::cos(y), 0, -std::sin(y)},
                              Vec3{-std::sin(y) * std::sin(p), std::cos(p), -std::cos(y) * std::sin(p)},
@@ -169,6 +170,7 @@ void LiveRenderer::upload(const Drawable& d) {
     fill(GL_ARRAY_BUFFER, buffers_[1], d.normals);
     glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
     glEnableVertexAttribArray(1);
+    solid_ = d.solid;
     colored_ = !d.colors.empty();
     if (colored_) {
         fill(GL_ARRAY_BUFFER, buffers_[2], d.colors);
@@ -189,7 +191,6 @@ void LiveRenderer::draw_elements(unsigned mode, unsigned which) const {
 void LiveRenderer::draw(const Turntable& camera, const LiveLook& look) const {
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glDisable(GL_DEPTH_TEST);
-    glDisable(GL_CULL_FACE);
     glBindVertexArray(empty_);
     glUseProgram(background_);
     glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -205,7 +206,9 @@ void LiveRenderer::draw(const Turntable& camera, const LiveLook& look) const {
         glDisableVertexAttribArray(2);
         glVertexAttrib4f(2, 0.82f, 0.79f, 0.74f, 1);
     }
-    draw_elements(GL_TRIANGLES, 0);
+    const double shift = depth_shift(solid_ ? Backs::BehindFronts : Backs::StepBehind,
+                                     static_cast<double>(camera.projection[14]), camera.distance, 2 * camera.radius);
+    draw_sides(shift, [&] { draw_elements(GL_TRIANGLES, 0); });
     set_matrices(lines_, camera);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);

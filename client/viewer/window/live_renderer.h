@@ -16,6 +16,7 @@ struct Turntable {
     bool z_up = false;
     Vec3f middle;                                // relative to the drawable's origin
     float radius = 1;                            // of a sphere that holds the model
+    double distance = 1;                         // from the eye to the middle; set by aim()
     std::array<float, 16> view{}, projection{};  // column-major; set by aim()
 
     /// Makes the middle and radius those of a drawable's box.
@@ -48,7 +49,7 @@ class LiveRenderer {
     unsigned surface_ = 0, lines_ = 0, background_ = 0, array_ = 0, empty_ = 0;
     std::array<unsigned, 6> buffers_{};  // positions, normals, colours, triangles, edges, base edges
     std::array<int, 3> counts_{};        // of the last three
-    bool colored_ = false;
+    bool colored_ = false, solid_ = false;
 };
 
 }  // namespace mvw::client

@@ -119,8 +119,8 @@ export class Decoder {
     const result = this.door.mvw_model_draw(this.model, level ?? 255, layer ?? 255, Math.min(bytes ?? Infinity, 1e300), lines);
     if (ERRORS[result - 1] === 'need-more-data') return null;
     this.module.check(result);
-    const [used, , error, , , drawnLevel, parts] = this.module.numbers();
-    const out = { level: drawnLevel, error, bytes: used, connectivity: `${drawnLevel}/${parts}` };
+    const [used, , error, , , drawnLevel, parts, solid] = this.module.numbers();
+    const out = { level: drawnLevel, error, bytes: used, solid: solid !== 0, connectivity: `${drawnLevel}/${parts}` };
     out.positions = this.array('positions');
     out.normals = this.array('normals');
     const colors = this.array('colors');

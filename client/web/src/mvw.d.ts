@@ -46,6 +46,8 @@ export interface Drawable {
   /** Of what is drawn. */
   error: number;
   bytes: number;
+  /** Whether the surface bounds solids: then no back need be drawn, as with three.js's FrontSide. */
+  solid: boolean;
   /** Drawables with the same text here have the same triangles and lines. */
   connectivity: string;
   positions: Float32Array;

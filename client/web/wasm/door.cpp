@@ -90,7 +90,7 @@ EMSCRIPTEN_KEEPALIVE void mvw_model_digest(Model* model) {
         text += "0123456789abcdef"[digest >> 60];
 }
 /// lines: 1 for the triangles' edges, 2 for the base mesh's. numbers: as the state, of what was drawn, then level and
-/// parts of the drawable.
+/// parts of the drawable, and whether it is solid.
 EMSCRIPTEN_KEEPALIVE int mvw_model_draw(Model* model, unsigned level, unsigned layer, double bytes, unsigned lines) {
     mvw::web::View view{level, layer, bytes, {}};
     view.lines.edges = (lines & 1) != 0;
@@ -99,6 +99,7 @@ EMSCRIPTEN_KEEPALIVE int mvw_model_draw(Model* model, unsigned level, unsigned l
     put_state(model->drawn_state());
     numbers[5] = model->drawable().level;
     numbers[6] = model->drawable().parts;
+    numbers[7] = model->drawable().solid;
     return result;
 }
 /// Arrays: 0 positions, 1 normals (f32), 2 colours (u8), 3 triangles, 4 edges, 5 base edges (u32), 6 points (f64).

@@ -1,4 +1,5 @@
 // glTF 2.0 binary (.glb) through tinygltf: one mesh, one primitive for each material, one shared set of vertices.
+// Surfaces of solids are one-sided, as everything in glTF is by default; others show both sides.
 #include <tiny_gltf.h>
 
 #include <cmath>
@@ -9,6 +10,7 @@
 #include "codec/mesh/io/formats.h"
 #include "codec/mesh/io/srgb.h"
 #include "codec/mesh/io/text.h"
+#include "codec/mesh/solid.h"
 
 namespace mvw {
 namespace {
@@ -112,11 +114,13 @@ Result<Bytes> write_glb(const Mesh& mesh) {
         primitive.attributes[field.kind == FieldKind::Normals ? "NORMAL" : "_" + field.name] =
             add_field(builder, field);
     tinygltf::Mesh shape;
+    const bool two_sided = !bounds_solids(mesh);  // viewers leave backs out otherwise
     for (const auto& [label, faces] : faces_by_material(mesh)) {
         primitive.indices = add_indices(builder, mesh, faces);
-        if (!mesh.materials.empty()) {
+        if (!mesh.materials.empty() || two_sided) {
             tinygltf::Material material;
-            material.name = "material_" + std::to_string(label);
+            if (!mesh.materials.empty()) material.name = "material_" + std::to_string(label);
+            material.doubleSided = two_sided;
             builder.model.materials.push_back(material);
             primitive.material = static_cast<int>(builder.model.materials.size()) - 1;
         }

@@ -28,7 +28,7 @@ std::size_t count(const Image& image, const std::function<bool(Pixel)>& is) {
 }
 
 bool is_red(Pixel p) {
-    return p.r > 2 * p.g && p.r > 2 * p.b;
+    return 5 * p.r > 8 * p.g && 5 * p.r > 8 * p.b;
 }
 
 PictureOptions small() {
@@ -61,6 +61,45 @@ TEST(Picture, ShowsFlippedTrianglesInRed) {
     Mesh mesh = icosphere(2);
     for (std::size_t f = 0; f < mesh.faces.size(); f += 8) std::swap(mesh.faces[f][0], mesh.faces[f][1]);
     EXPECT_GT(count(draw(mesh, small()), is_red), 300u);
+}
+
+std::size_t red_pixels(const Mesh& mesh, bool backs_in_place, double pitch = 15) {
+    PictureOptions options = small();
+    options.backs_in_place = backs_in_place;
+    options.pitch = pitch;
+    return count(draw(mesh, options), is_red);
+}
+
+TEST(Picture, HidesBacksOfFoldedSolids) {
+    Mesh mesh = icosphere(1);
+    mesh.positions[0] = mesh.positions[0] * -1.5;  // out through the other side, its faces inside out
+    EXPECT_GT(red_pixels(mesh, true), 20u);
+    EXPECT_EQ(red_pixels(mesh, false), 0u);
+}
+
+TEST(Picture, HidesBacksCloseAboveAnOpenSurface) {
+    const auto flake_above = [](double height) {  // a square that looks up, a smaller one that looks down
+        return mesh_of({{-1, 0, 1},
+                        {1, 0, 1},
+                        {1, 0, -1},
+                        {-1, 0, -1},
+                        {-0.5, height, 0.5},
+                        {-0.5, height, -0.5},
+                        {0.5, height, -0.5},
+                        {0.5, height, 0.5}},
+                       {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}});
+    };
+    EXPECT_GT(red_pixels(flake_above(0.005), true, 60), 500u);
+    EXPECT_EQ(red_pixels(flake_above(0.005), false, 60), 0u);
+    EXPECT_GT(red_pixels(flake_above(0.05), false, 60), 500u);
+}
+
+TEST(Picture, ShowsTheInsideOfWhatIsOpenOrTurnedInsideOut) {
+    Mesh open = icosphere(3), turned = icosphere(3);
+    std::erase_if(open.faces, [&](const Face& f) { return open.positions[f[0]].y > 0.5; });
+    EXPECT_GT(red_pixels(open, false, 60), 1000u);
+    for (Face& f : turned.faces) std::swap(f[0], f[1]);
+    EXPECT_GT(red_pixels(turned, false), 5000u);
 }
 
 TEST(Picture, FillsThePictureWhereverTheModelIsAndHoweverLarge) {

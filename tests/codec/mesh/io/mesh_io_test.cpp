@@ -94,6 +94,19 @@ TEST_F(MeshFiles, StlReadsBackAfterWelding) {
     EXPECT_EQ(welded.faces.size(), mesh.faces.size());
 }
 
+TEST_F(MeshFiles, GltfViewersShowBothSidesOfWhatIsOpen) {
+    const auto text = [&](const Mesh& mesh) {
+        EXPECT_TRUE(write_mesh(path("a.glb"), mesh).ok());
+        CleanReport report;
+        const auto back = read_mesh(path("a.glb"), report);
+        EXPECT_TRUE(back.ok() && back->materials.empty());
+        const auto bytes = read_file(path("a.glb"));
+        return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    };
+    EXPECT_NE(text(unit_square()).find("\"doubleSided\":true"), std::string::npos);
+    EXPECT_EQ(text(unit_cube()).find("doubleSided"), std::string::npos);
+}
+
 TEST_F(MeshFiles, SmallThingsFarAwayKeepTheirShape) {
     const Mesh mesh = moved(scaled(unit_cube(), 0.02), {1e6, -1e6, 0});
     for (const std::string name : {"a.ply", "a.obj", "a.off", "a.glb"}) {
