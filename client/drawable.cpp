@@ -73,7 +73,8 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
         ++out.parts;
         const unsigned level = std::min(options.level, decoder.finest_level(part));
         out.level = std::max(out.level, level);
-        out.solid = out.solid && bounds_solids(*base, std::span(mesh->positions).subspan(first_vertex));
+        out.solid =
+            (out.solid || out.parts == 1) && bounds_solids(*base, std::span(mesh->positions).subspan(first_vertex));
         if (options.base_edges) add_edge_lines(*base, level, first_vertex, false, out.base_edges);
         if (options.edges) add_edge_lines(*base, level, first_vertex, true, out.edges);
         first_vertex += static_cast<std::uint32_t>(vertices_at_level(*base, level));

@@ -17,7 +17,7 @@ struct Drawable {
     std::vector<std::uint32_t> base_edges;  // two for each piece of a base mesh's edge; empty unless asked for
     unsigned level = 0;                     // finest among the parts
     std::uint32_t parts = 0;                // that have come
-    bool solid = true;                      // all of them bound solids (codec/mesh/solid.h)
+    bool solid = false;                     // all of these bound solids, by their bases (codec/mesh/solid.h)
 };
 
 struct DrawableOptions {

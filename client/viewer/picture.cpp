@@ -104,9 +104,10 @@ Result<Image> draw_picture(const Mesh& mesh, const PictureOptions& options) {
     const Camera camera = options.camera ? *options.camera
                                          : fit_camera(mesh, options.yaw, options.pitch,
                                                       static_cast<double>(options.width) / options.height);
+    const Box box = bounding_box(mesh);
     const Backs backs = options.backs_in_place ? Backs::InPlace
-                        : bounds_solids(mesh)  ? Backs::BehindFronts
-                                               : Backs::StepBehind;
+                                               : backs_from_eye(bounds_solids(mesh), length(camera.eye - box.center()),
+                                                                box.diagonal() / 2);
     const RenderOptions render{width, height, 1.2f * kOversampling, options.wireframe, options.flat, backs};
     if (auto drawn = render_frame(mesh, options.lines, camera, render); !drawn.ok()) return drawn.error();
     return reduce(read_back(canvas, resolved, width, height), options.width, options.height);

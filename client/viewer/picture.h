@@ -24,7 +24,7 @@ struct PictureOptions {
 inline constexpr unsigned kMaxPictureSide = 4096;
 
 /// Draws one mesh with a headless OpenGL context, in its per-vertex colours where it has them. Back faces are tinted
-/// red; fronts close behind them, or anywhere behind them where the mesh bounds solids, hide them (sides.h). Smooth
+/// red; fronts close behind them are drawn instead, and of solids seen from outside no back is (sides.h). Smooth
 /// shading leaves edges of over 40 degrees sharp. The same mesh and options give the same picture. InvalidArgument for
 /// a side out of range or a vertex that is not finite; Io where no OpenGL can be had (the message names the package).
 Result<Image> draw_picture(const Mesh& mesh, const PictureOptions& options);

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "client/viewer/corners.h"
+#include "client/viewer/draw_sides.h"
 #include "client/viewer/shaders.h"
 
 namespace mvw {
@@ -141,8 +142,7 @@ Result<void> draw_surface(const Mesh& mesh, const Camera& camera, const Matrix4&
     Vertices::attribute(2, 4, GL_UNSIGNED_BYTE, true, sizeof(Corner), offsetof(Corner, color));
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);
-    const double diagonal = bounding_box(mesh).diagonal() / camera.distance;
-    draw_sides(depth_shift(options.backs, static_cast<double>(projection[14]), 1, diagonal),
+    draw_sides(options.backs, program.uniform("further"), bounding_box(mesh).diagonal() / camera.distance,
                [&] { glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(corners.size())); });
     return {};
 }

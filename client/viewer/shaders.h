@@ -17,12 +17,15 @@ in float height;
 out vec4 pixel;
 void main() { pixel = vec4(mix(vec3(0.62, 0.64, 0.67), vec3(0.93, 0.94, 0.95), height), 1.0); })";
 
+// Each point lies where it is in the picture, and has the depth of one that is `further` away from the eye
+// (draw_sides.h).
 inline constexpr const char* kSurfaceVertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 uniform mat3 turn;
 uniform mat4 projection;
+uniform float further;
 out vec3 eye_position;
 out vec3 eye_normal;
 out vec3 albedo;
@@ -33,6 +36,8 @@ void main() {
     albedo = pow(color.rgb, vec3(2.2));
     barycentric = vec3(gl_VertexID % 3 == 0, gl_VertexID % 3 == 1, gl_VertexID % 3 == 2);
     gl_Position = projection * vec4(eye_position, 1.0);
+    vec4 behind = projection * vec4(eye_position.xy, eye_position.z - further, 1.0);
+    gl_Position.z = behind.z * gl_Position.w / behind.w;
 })";
 
 // A key light from the upper left, a weak one from the right, sky and ground, a soft highlight. Wire lines are drawn

@@ -7,10 +7,11 @@
 namespace mvw {
 
 /// Whether a surface bounds solids: it has faces, no boundary, and each component encloses a volume that lies behind
-/// its faces. From outside, every ray that meets a back then meets a front, too. positions: at least those of the
-/// base's vertices. O(V + F) but for the logarithm of disjoint sets.
+/// its faces (so the walls of a cavity, whose volume is another component's hole, do not). From outside, whoever looks
+/// along a ray that meets a back then meets a front, too. positions: at least those of the base's vertices. Time grows
+/// with V + F, but for the logarithm of disjoint sets.
 bool bounds_solids(const BaseMesh& base, std::span<const Vec3> positions);
-/// Likewise; false for a mesh that is no oriented manifold.
+/// Likewise; false where more than two faces share an edge, or two run along it in one direction.
 bool bounds_solids(const Mesh& mesh);
 
 }  // namespace mvw

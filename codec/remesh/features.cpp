@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "codec/mesh/disjoint_sets.h"
 #include "codec/mesh/half_edges.h"
 #include "codec/mesh/semi_regular.h"
 
@@ -110,12 +111,8 @@ void drop_loose_ends(const Mesh& mesh, double min_length, std::vector<SharpEdge>
 void drop_noise(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edges) {
     std::vector<std::uint32_t> parent(mesh.positions.size());
     std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
     for (const SharpEdge& e : edges)
-        if (e.kept) parent[root(e.a)] = root(e.b);
+        if (e.kept) unite(parent, e.a, e.b);
     const EdgesAtVertex around(edges, mesh.positions.size());
     struct Group {
         double length = 0, beside_deg = 0;
@@ -125,7 +122,7 @@ void drop_noise(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edge
     std::vector<Group> groups(mesh.positions.size());
     for (const SharpEdge& e : edges) {
         if (!e.kept) continue;
-        Group& group = groups[root(e.a)];
+        Group& group = groups[find_root(parent, e.a)];
         group.length += e.length;
         group.beside_deg += e.beside_deg;
         ++group.edges;
@@ -133,7 +130,7 @@ void drop_noise(const Mesh& mesh, double min_group, std::vector<SharpEdge>& edge
     }
     for (SharpEdge& e : edges) {
         if (!e.kept) continue;
-        const Group& group = groups[root(e.a)];
+        const Group& group = groups[find_root(parent, e.a)];
         e.kept = group.beside_deg <= kMostBesideDeg * group.edges &&
                  (group.length >= min_group || (group.closed_loop && group.edges >= kLeastLoop));
     }

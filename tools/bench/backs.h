@@ -12,7 +12,7 @@ namespace mvw::bench {
 /// inside, too.
 struct BackPixels {
     std::uint64_t in_place = 0;  // where what lies nearest is drawn, whatever it is: a fault of the mesh
-    std::uint64_t seen = 0;      // as the viewers draw (client/viewer/sides.h): a fault that shows
+    std::uint64_t seen = 0;      // as pictures are drawn (client/viewer/sides.h): a fault that shows
 };
 
 /// Fails as draw_picture() does.

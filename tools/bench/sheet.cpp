@@ -50,7 +50,7 @@ Result<void> add_row(std::vector<SheetEntry>& entries, const std::vector<const L
     for (const LevelView* view : views) {
         PictureOptions own = options;
         own.wireframe = options.wireframe && view->mesh.faces.size() <= kDrawnTriangles;
-        own.flat = options.wireframe;
+        own.flat = own.backs_in_place = options.wireframe;  // a row as it is seen, and one as it is
         auto image = draw_picture(view->mesh, own);
         if (!image) return image.error();
         entries.push_back({std::move(image).value(), view->caption});

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "client/viewer/draw_sides.h"
 #include "client/viewer/shaders.h"
-#include "client/viewer/sides.h"
 
 namespace mvw::client {
 namespace {
@@ -20,6 +20,7 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 uniform mat4 view;
 uniform mat4 projection;
+uniform float further;
 out vec3 at;
 out vec3 way;
 out vec3 albedo;
@@ -29,6 +30,9 @@ void main() {
     way = mat3(view) * normal;
     albedo = pow(color.rgb, vec3(2.2));
     gl_Position = projection * p;
+    p.z -= further;
+    p = projection * p;
+    gl_Position.z = p.z * gl_Position.w / p.w;
 })";
 
 // Along a sharp edge the averaged normal is no side's: the facet's own takes its place.
@@ -113,7 +117,7 @@ void Turntable::aim(double aspect, double covered) {
     constexpr double kHalfField = 14 * std::numbers::pi / 180;
     const double tangent = std::tan(kHalfField), r = static_cast<double>(radius);
     const double fit_distance = 0.85 * r / std::sin(kHalfField) / std::min(1.0, aspect * (1 - covered));
-    distance = std::max(fit_distance / zoom, 0.02 * r);
+    const double distance = std::max(fit_distance / zoom, 0.02 * r);
     const double y = yaw * std::numbers::pi / 180, p = pitch * std::numbers::pi / 180;
     std::array<Vec3, 3> rows{Vec3{std::cos(y), 0, -std::sin(y)},
                              Vec3{-std::sin(y) * std::sin(p), std::cos(p), -std::cos(y) * std::sin(p)},
@@ -121,7 +125,8 @@ void Turntable::aim(double aspect, double covered) {
     if (z_up)
         for (Vec3& row : rows) row = {row.x, -row.z, row.y};
     const double height = 2 * fit_distance * tangent;
-    const std::array<double, 3> shift{pan_x * height, pan_y * height, -distance};
+    const Vec3 shift{pan_x * height, pan_y * height, -distance};
+    eye_to_middle = length(shift);
     view.fill(0);
     for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t c = 0; c < 3; ++c) view[4 * c + k] = static_cast<float>(rows[k][c]);
@@ -206,9 +211,9 @@ void LiveRenderer::draw(const Turntable& camera, const LiveLook& look) const {
         glDisableVertexAttribArray(2);
         glVertexAttrib4f(2, 0.82f, 0.79f, 0.74f, 1);
     }
-    const double shift = depth_shift(solid_ ? Backs::BehindFronts : Backs::StepBehind,
-                                     static_cast<double>(camera.projection[14]), camera.distance, 2 * camera.radius);
-    draw_sides(shift, [&] { draw_elements(GL_TRIANGLES, 0); });
+    const double radius = static_cast<double>(camera.radius);
+    draw_sides(backs_from_eye(solid_, camera.eye_to_middle, radius), glGetUniformLocation(surface_, "further"),
+               2 * radius, [&] { draw_elements(GL_TRIANGLES, 0); });
     set_matrices(lines_, camera);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);

@@ -16,7 +16,7 @@ struct Turntable {
     bool z_up = false;
     Vec3f middle;                                // relative to the drawable's origin
     float radius = 1;                            // of a sphere that holds the model
-    double distance = 1;                         // from the eye to the middle; set by aim()
+    double eye_to_middle = 1;                    // set by aim()
     std::array<float, 16> view{}, projection{};  // column-major; set by aim()
 
     /// Makes the middle and radius those of a drawable's box.

@@ -39,7 +39,7 @@ export class Camera {
     this.zoom = clamp(this.zoom * factor, 0.2, 60);
   }
 
-  /** Column-major, for WebGL; distance: from the eye to the model's middle. */
+  /** Column-major, for WebGL; away: the eye from the model's middle. */
   matrices(aspect) {
     const tangent = Math.tan(FIELD / 2);
     const { free } = this;
@@ -68,7 +68,7 @@ export class Camera {
     projection[10] = -(far + near) / (far - near);
     projection[11] = -1;
     projection[14] = (-2 * far * near) / (far - near);
-    return { view, projection, distance };
+    return { view, projection, away: Math.hypot(...shift) };
   }
 }
 

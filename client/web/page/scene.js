@@ -5,6 +5,7 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 uniform mat4 view, projection;
+uniform float further;
 out vec3 at, way;
 out vec3 tint;
 void main() {
@@ -13,6 +14,9 @@ void main() {
   way = mat3(view) * normal;
   tint = pow(color.rgb, vec3(2.2));
   gl_Position = projection * p;
+  p.z -= further;
+  p = projection * p;
+  gl_Position.z = p.z * gl_Position.w / p.w;
 }`, `#version 300 es
 precision highp float;
 in vec3 at, way, tint;
@@ -118,7 +122,7 @@ export class Scene {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (!held.triangles) return;
-    const { view, projection, distance } = camera.matrices(canvas.width / canvas.height);
+    const { view, projection, away } = camera.matrices(canvas.width / canvas.height);
     gl.bindVertexArray(this.array);
     gl.enable(gl.DEPTH_TEST);
     const use = ({ program, uniforms }) => {
@@ -137,15 +141,11 @@ export class Scene {
     gl.uniform3fv(uniforms.clay, colored ? [1, 1, 1] : this.palette.clay);
     gl.uniform3fv(uniforms.inside, this.palette.inside);
     gl.uniform1i(uniforms.flatly, options.flat);
-    // Backs lie further away than they are, so that folds of coarse levels do not show: half a percent of the diagonal,
-    // and behind all fronts where the surface is that of solids (client/viewer/sides.h).
-    const shift = held.solid ? 0.5 : (-0.005 * projection[14] * camera.radius) / distance ** 2;
+    // Folds of coarse levels are not to be seen: of solids no backs are drawn from outside, and those of other surfaces half
+    // a percent of the diagonal further away than they lie (client/viewer/sides.h).
     gl.enable(gl.CULL_FACE);
-    for (const [culled, near] of [[gl.FRONT, shift], [gl.BACK, 0]]) {
-      gl.cullFace(culled);
-      gl.depthRange(near, near + 1 - shift);
-      this.elements(gl.TRIANGLES, 'triangles');
-    }
+    this.side(gl.BACK, uniforms.further, 0);
+    if (!held.solid || away <= camera.radius) this.side(gl.FRONT, uniforms.further, 0.01 * camera.radius);
     gl.disable(gl.CULL_FACE);
     gl.disableVertexAttribArray(2);
     if (!options.edges && !options.baseEdges) return;
@@ -155,6 +155,13 @@ export class Scene {
     if (options.edges && held.edges) this.ink(uniforms, this.palette.edge, 1e-4, 'edges');
     if (options.baseEdges && held.baseEdges) this.ink(uniforms, this.palette.base, 3e-4, 'baseEdges');
     gl.disable(gl.BLEND);
+  }
+
+  /** Triangles whose `culled` side does not look at the eye. */
+  side(culled, place, further) {
+    this.gl.cullFace(culled);
+    this.gl.uniform1f(place, further);
+    this.elements(this.gl.TRIANGLES, 'triangles');
   }
 
   ink(uniforms, ink, nearer, name) {

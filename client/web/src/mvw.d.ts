@@ -46,7 +46,7 @@ export interface Drawable {
   /** Of what is drawn. */
   error: number;
   bytes: number;
-  /** Whether the surface bounds solids: then no back need be drawn, as with three.js's FrontSide. */
+  /** Whether the parts that have come bound solids: from outside no back need be drawn, as with three.js's FrontSide. */
   solid: boolean;
   /** Drawables with the same text here have the same triangles and lines. */
   connectivity: string;

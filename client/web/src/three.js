@@ -4,6 +4,8 @@
 //   import { MvwLoader } from 'mvw/three';
 //   const geometry = await new MvwLoader().loadAsync('bunny.mvw');   // the first mesh; it refines by itself
 //   scene.add(new Mesh(geometry, new MeshStandardMaterial()));
+//
+// A surface that is no solid's (geometry.userData.mvw.drawable.solid) wants a material of `side: DoubleSide`.
 
 import { BufferAttribute, BufferGeometry, Loader, Sphere, Vector3 } from 'three';
 import { openModel } from './mvw.js';

@@ -102,6 +102,16 @@ TEST(Picture, ShowsTheInsideOfWhatIsOpenOrTurnedInsideOut) {
     EXPECT_GT(red_pixels(turned, false), 5000u);
 }
 
+TEST(Picture, ShowsTheInsideOfASolidFromInside) {
+    Mesh mesh = icosphere(3);
+    const Mesh other = moved(mesh, {0, 0, -4});
+    for (const Face& f : other.faces) mesh.faces.push_back({f[0] + 642, f[1] + 642, f[2] + 642});
+    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+    PictureOptions options = small();
+    options.camera = Camera{.eye = {0, 0, 0.5}};  // in the nearer sphere, towards the other one
+    EXPECT_GT(count(draw(mesh, options), is_red), 20000u);
+}
+
 TEST(Picture, FillsThePictureWhereverTheModelIsAndHoweverLarge) {
     const Image reference = draw(torus(40, 20), small());
     for (const Mesh& mesh :

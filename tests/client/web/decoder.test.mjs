@@ -34,6 +34,20 @@ for (const { name, bytes, digest, off } of golden) {
       assert.ok(Math.abs(mesh.positions[i] + offset[i % 3] - expected.positions[i]) < 1e-6 * diagonal, `number ${i}`);
   });
 
+  test(`${name}: it is solid where each of its edges has two faces and they enclose something`, () => {
+    const { triangles, positions, solid } = decode(module, bytes);
+    const sides = new Set();
+    let volume = 0;
+    for (let t = 0; t < triangles.length; t += 3) {
+      const [a, b, c] = triangles.subarray(t, t + 3);
+      for (const side of [[a, b], [b, c], [c, a]]) sides.add(side.join());
+      const [p, q, r] = [a, b, c].map((v) => positions.subarray(3 * v, 3 * v + 3));
+      volume += p[0] * (q[1] * r[2] - q[2] * r[1]) + p[1] * (q[2] * r[0] - q[0] * r[2]) + p[2] * (q[0] * r[1] - q[1] * r[0]);
+    }
+    const closed = [...sides].every((side) => sides.has(side.split(',').reverse().join()));
+    assert.equal(solid, closed && volume > 0);
+  });
+
   test(`${name}: a byte at a time gives the same as all at once`, () => {
     const decoder = new Decoder(module);
     for (const byte of bytes) decoder.feed(Uint8Array.of(byte));

@@ -5,7 +5,7 @@ import path from 'node:path';
 
 export const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../..');
 export const built = process.env.MVW_WEB ?? path.join(root, 'build/web');
-export const wasm = readFileSync(path.join(built, 'module/mvw.wasm'));
+export const wasm = readFileSync(path.join(built, 'mvw/src/mvw.wasm'));
 
 const data = path.join(root, 'tests/data');
 export const golden = readdirSync(data)
