@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <map>
 #include <set>
 
 namespace mvw {
@@ -17,6 +17,13 @@ BaseMesh octahedron() {
 BaseMesh two_triangles() {
     return BaseMesh::create(4, {{0, 1, 2}, {2, 1, 3}}).value();
 }
+
+/// A point of a face's grid, or the way from one to another.
+struct Grid {
+    int i = 0, k = 0;
+    friend Grid operator+(Grid a, Grid b) { return {a.i + b.i, a.k + b.k}; }
+    friend Grid operator-(Grid a, Grid b) { return {a.i - b.i, a.k - b.k}; }
+};
 
 TEST(Tiling, GivesEveryVertexEdgeAndFaceToOneTile) {
     const BaseMesh base = octahedron();
@@ -111,6 +118,108 @@ TEST(BlockShape, ParentsAreTheEndsOfThePointsEdgeThatWereNewOneLevelBelow) {
                 EXPECT_EQ(got, expected);
                 EXPECT_FALSE(got.empty());
             }
+}
+
+/// Relations by the words of block.h and the numbers of all vertices, one at a time.
+class SlowShape {
+ public:
+    SlowShape(const BaseMesh& base, const Tiling& tiling, std::uint32_t tile, unsigned level)
+        : base_(base), level_(level), n_(1 << level) {
+        number(block_indices(base, tiling.tiles[tile], level), places_);
+        if (level > 1) number(block_indices(base, tiling.tiles[tile], level - 1), coarse_);
+    }
+    [[nodiscard]] std::uint32_t none() const { return static_cast<std::uint32_t>(places_.size()); }
+
+    void expect_at(std::uint32_t place, const BlockShape& shape, std::uint32_t face, Grid p) const {
+        const auto [d, a, b] = directions(p);
+        const BlockShape::Neighbors near{
+            at(face, p - a),     at(face, p + a),     at(face, p - b),     at(face, p + b),     at(face, p - d - d),
+            at(face, p + d + d), at(face, p - a - a), at(face, p + a + a), at(face, p - b - b), at(face, p + b + b)};
+        EXPECT_EQ(shape.neighbors()[place], near);
+        expect_parents(place, shape, face, p);
+    }
+    void expect_on_edge(std::uint32_t place, const BlockShape& shape, const BaseEdge& edge, int t) const {
+        std::vector<std::uint32_t> near, far;
+        for (unsigned s = 0; s < 2 && edge.face[s] != kNone; ++s) {
+            const Grid p = on_side(edge.side[s], s == 0 ? t : n_ - t);
+            const auto [d, a, b] = directions(p);
+            for (const Grid q : {Grid{} - a, a, Grid{} - b, b})
+                if (has(p + q)) near.push_back(at(edge.face[s], p + q)), far.push_back(at(edge.face[s], p + q + q));
+        }
+        near.resize(4, none()), far.resize(4, none());
+        near.push_back(at(edge.face[0], on_side(edge.side[0], t - 2)));
+        near.push_back(at(edge.face[0], on_side(edge.side[0], t + 2)));
+        near.insert(near.end(), far.begin(), far.end());
+        const auto& got = shape.neighbors()[place];
+        EXPECT_EQ(std::vector<std::uint32_t>(got.begin(), got.end()), near);
+        expect_parents(place, shape, edge.face[0], on_side(edge.side[0], t));
+    }
+
+ private:
+    struct Directions {
+        Grid along, one, other;
+    };
+    static Directions directions(Grid p) {
+        const Grid x{1, 0}, y{0, 1}, z{1, -1};
+        if (p.k % 2 == 0) return {x, y, z};
+        return p.i % 2 == 0 ? Directions{y, x, z} : Directions{z, x, y};
+    }
+    static void number(const std::vector<std::uint32_t>& vertices, std::map<std::uint32_t, std::uint32_t>& places) {
+        for (const std::uint32_t v : vertices) places.emplace(v, static_cast<std::uint32_t>(places.size()));
+    }
+    [[nodiscard]] bool has(Grid p) const { return p.i >= 0 && p.k >= 0 && p.i + p.k <= n_; }
+    [[nodiscard]] Grid on_side(unsigned side, int t) const {
+        return side == 0 ? Grid{t, 0} : side == 1 ? Grid{n_ - t, t} : Grid{0, n_ - t};
+    }
+    [[nodiscard]] std::uint32_t look_up(const std::map<std::uint32_t, std::uint32_t>& places, std::uint32_t face,
+                                        Grid p) const {
+        if (!has(p)) return static_cast<std::uint32_t>(places.size());
+        const auto found = places.find(
+            vertex_index(base_, face, level_, static_cast<std::uint32_t>(p.i), static_cast<std::uint32_t>(p.k)));
+        return found == places.end() ? static_cast<std::uint32_t>(places.size()) : found->second;
+    }
+    [[nodiscard]] std::uint32_t at(std::uint32_t face, Grid p) const { return look_up(places_, face, p); }
+    void expect_parents(std::uint32_t place, const BlockShape& shape, std::uint32_t face, Grid p) const {
+        if (level_ < 2) {
+            EXPECT_TRUE(shape.parents().empty());
+            return;
+        }
+        const Grid d = directions(p).along;
+        const BlockShape::Parents ends{look_up(coarse_, face, p - d), look_up(coarse_, face, p + d)};
+        EXPECT_EQ(shape.parents()[place], ends);
+    }
+
+    const BaseMesh& base_;
+    const unsigned level_;
+    const int n_;
+    std::map<std::uint32_t, std::uint32_t> places_, coarse_;  // of this block's vertices, of those one level below
+};
+
+TEST(BlockShape, RelationsOfAnyTilesAreThoseFoundOneAtATime) {
+    const BaseMesh closed = octahedron(), open = two_triangles();
+    const std::pair<const BaseMesh*, std::vector<std::uint16_t>> cases[]{{&closed, {0, 0, 0, 0, 0, 0, 0, 0}},
+                                                                         {&closed, {0, 1, 1, 0, 2, 2, 2, 0}},
+                                                                         {&closed, {3, 1, 0, 2, 2, 0, 1, 3}},
+                                                                         {&open, {0, 0}},
+                                                                         {&open, {1, 0}}};
+    for (const auto& [base, tiles] : cases) {
+        const Tiling tiling(*base, tiles, std::uint32_t{*std::max_element(tiles.begin(), tiles.end())} + 1);
+        for (std::uint32_t tile = 0; tile < tiling.tiles.size(); ++tile)
+            for (const unsigned level : {1u, 2u, 3u, 5u}) {
+                const BlockShape shape(*base, tiling, tile, level);
+                const SlowShape slow(*base, tiling, tile, level);
+                ASSERT_EQ(shape.size(), slow.none());
+                std::uint32_t place = 0;
+                const int n = 1 << level;
+                for (const std::uint32_t e : tiling.tiles[tile].edges)
+                    for (int t = 1; t < n; t += 2) slow.expect_on_edge(place++, shape, base->edges()[e], t);
+                for (const std::uint32_t f : tiling.tiles[tile].faces)
+                    for (int i = 1; i < n; ++i)
+                        for (int k = 1; i + k < n; ++k)
+                            if (i % 2 == 1 || k % 2 == 1) slow.expect_at(place++, shape, f, {i, k});
+                EXPECT_EQ(place, shape.size());
+            }
+    }
 }
 
 TEST(BlockShape, LevelZeroJoinsBaseVerticesByEdges) {
