@@ -148,7 +148,7 @@ PanelEvents draw_panel(Panel& p) {
     events.choice |= slide("Layer", p.layer, p.layers > 0 ? p.layers - 1 : 0);
     ImGui::Separator();
     draw_link(p, events);
-    ImGui::TextDisabled("drag: turn   right: move   wheel: zoom\nW wires   B base   C colours   F flat   0 back");
+    ImGui::TextDisabled("drag: turn   right: move   wheel: zoom\nW wires   B base   C colours\nF flat    0 back");
     ImGui::End();
     return events;
 }
