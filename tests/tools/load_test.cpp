@@ -10,9 +10,15 @@
 namespace mvw {
 namespace {
 
+/// AddressSanitizer keeps what has been freed for a while, which is not what is measured here.
+void keep_little_of_what_is_freed() {
+    ::setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 0);
+}
+
 TEST(LoadBench, MeasuresThroughputFirstChunksAndIdleMemory) {
     const test::TemporaryFolder folder;
     folder.put("a.mvw", test::make_stream_file({.payload_bytes = 5000}));
+    keep_little_of_what_is_freed();
     const ProgramRun run = run_mvw({"bench", "load", folder.path(), "--idle", "300", "--clients", "4", "--streams",
                                     "50", "--seconds", "0.3", "--rounds", "1", "--json"});
     ASSERT_EQ(run.exit_code, 0) << run.errors;
@@ -25,8 +31,7 @@ TEST(LoadBench, MeasuresThroughputFirstChunksAndIdleMemory) {
 TEST(SoakBench, ServerStaysUpAndItsMemoryFlat) {
     const test::TemporaryFolder folder;
     folder.put("a.mvw", test::make_stream_file({.payload_bytes = 5000}));
-    // AddressSanitizer keeps what has been freed for a while, which is not what is measured here.
-    ::setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 0);
+    keep_little_of_what_is_freed();
     const ProgramRun run = run_mvw({"bench", "soak", folder.path(), "--seconds", "4", "--json"});
     ASSERT_EQ(run.exit_code, 0) << run.errors;
     EXPECT_EQ(nlohmann::json::parse(run.out)["steps"].size(), 20u);
