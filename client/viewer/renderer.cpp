@@ -96,6 +96,7 @@ std::array<double, 2> depth_range(const Mesh& mesh, const Camera& camera) {
             farthest = std::max(farthest, depth);
         }
     nearest = std::max(0.98 * nearest, 0.01);
+    farthest += kBackStep * bounding_box(mesh).diagonal() / camera.distance;  // of backs that are pushed away
     return {nearest, std::max(1.02 * farthest, 1.01 * nearest)};
 }
 

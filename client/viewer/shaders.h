@@ -36,8 +36,10 @@ void main() {
     albedo = pow(color.rgb, vec3(2.2));
     barycentric = vec3(gl_VertexID % 3 == 0, gl_VertexID % 3 == 1, gl_VertexID % 3 == 2);
     gl_Position = projection * vec4(eye_position, 1.0);
-    vec4 behind = projection * vec4(eye_position.xy, eye_position.z - further, 1.0);
-    gl_Position.z = behind.z * gl_Position.w / behind.w;
+    if (further > 0.0 && gl_Position.w > 0.0) {
+        vec4 behind = projection * vec4(eye_position.xy, eye_position.z - further, 1.0);
+        gl_Position.z = behind.z * gl_Position.w / behind.w;
+    }
 })";
 
 // A key light from the upper left, a weak one from the right, sky and ground, a soft highlight. Wire lines are drawn

@@ -10,7 +10,7 @@ enum class Backs {
     Hidden,      // not at all
 };
 
-inline constexpr double kBackStep = 0.005;  // of the model's diagonal; far more than folds are high
+inline constexpr double kBackStep = 0.005;  // of the model's diagonal; more than most folds are high
 
 /// How the viewers draw a model of that radius (half of its box's diagonal) from an eye so far from its box's middle.
 /// From outside, whoever looks along a ray that meets the back of a solid's surface meets a front, too.

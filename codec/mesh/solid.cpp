@@ -8,7 +8,6 @@
 #include "codec/mesh/half_edges.h"
 
 namespace mvw {
-
 namespace {
 
 /// Whether every component has its volume behind its faces.

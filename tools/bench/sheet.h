@@ -19,8 +19,9 @@ struct Inspection {
     std::string topology_trouble;              // which level has what instead
 };
 
-/// Decodes every level of `mvw_file` and holds it against `input_file`. Draws the input and each level, plain and with
-/// its triangles, and the finest level coloured by error, into the PNG `sheet` ("": no picture, nor backs).
+/// Decodes every level of `mvw_file` and holds it against `input_file`. Draws the input and each level, plain as it is
+/// seen and with triangles and backs in place, and the finest level coloured by error, into the PNG `sheet` ("": no
+/// picture, nor backs).
 Result<Inspection> inspect(const std::string& input_file, const std::string& mvw_file, const std::string& sheet);
 
 }  // namespace mvw::bench

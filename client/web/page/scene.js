@@ -14,9 +14,11 @@ void main() {
   way = mat3(view) * normal;
   tint = pow(color.rgb, vec3(2.2));
   gl_Position = projection * p;
-  p.z -= further;
-  p = projection * p;
-  gl_Position.z = p.z * gl_Position.w / p.w;
+  if (further > 0.0 && gl_Position.w > 0.0) {
+    p.z -= further;
+    p = projection * p;
+    gl_Position.z = p.z * gl_Position.w / p.w;
+  }
 }`, `#version 300 es
 precision highp float;
 in vec3 at, way, tint;

@@ -5,7 +5,8 @@
 //   const geometry = await new MvwLoader().loadAsync('bunny.mvw');   // the first mesh; it refines by itself
 //   scene.add(new Mesh(geometry, new MeshStandardMaterial()));
 //
-// A surface that is no solid's (geometry.userData.mvw.drawable.solid) wants a material of `side: DoubleSide`.
+// A surface that is no solid's wants a material of `side: DoubleSide`: geometry.userData.mvw.drawable.solid, which may turn
+// false while parts come ('refined').
 
 import { BufferAttribute, BufferGeometry, Loader, Sphere, Vector3 } from 'three';
 import { openModel } from './mvw.js';
