@@ -7,10 +7,10 @@
 namespace mvw {
 
 /// Calls draw(), which draws the triangles of one surface, once for each side that is seen. further: the uniform of the
-/// program in use by which it draws vertices further away than they are, in units of the eye's space (shaders.h);
-/// diagonal: the model's, in the same units.
+/// program in use by which it draws vertices further away than they are (shaders.h); step: for backs, kBackStep of the
+/// model's diagonal, in units of the eye's space.
 template <typename Draw>
-void draw_sides(Backs backs, GLint further, double diagonal, Draw draw) {
+void draw_sides(Backs backs, GLint further, double step, Draw draw) {
     glUniform1f(further, 0);
     if (backs == Backs::InPlace) return draw();
     glEnable(GL_CULL_FACE);
@@ -18,7 +18,7 @@ void draw_sides(Backs backs, GLint further, double diagonal, Draw draw) {
     draw();
     if (backs == Backs::StepBehind) {
         glCullFace(GL_FRONT);
-        glUniform1f(further, static_cast<float>(kBackStep * diagonal));
+        glUniform1f(further, static_cast<float>(step));
         draw();
     }
     glDisable(GL_CULL_FACE);

@@ -85,8 +85,8 @@ class Vertices {
     GLuint array_ = 0, buffer_ = 0;
 };
 
-/// Nearest and farthest vertex in front of the eye, in units of the camera's distance.
-std::array<double, 2> depth_range(const Mesh& mesh, const Camera& camera) {
+/// Nearest and farthest vertex in front of the eye, backs a step further away, in units of the camera's distance.
+std::array<double, 2> depth_range(const Mesh& mesh, const Camera& camera, double back_step) {
     const Vec3 backward = camera.backward();
     double nearest = 1e9, farthest = 0;
     for (const Face& f : mesh.faces)
@@ -96,7 +96,7 @@ std::array<double, 2> depth_range(const Mesh& mesh, const Camera& camera) {
             farthest = std::max(farthest, depth);
         }
     nearest = std::max(0.98 * nearest, 0.01);
-    farthest += kBackStep * bounding_box(mesh).diagonal() / camera.distance;  // of backs that are pushed away
+    farthest += back_step;
     return {nearest, std::max(1.02 * farthest, 1.01 * nearest)};
 }
 
@@ -121,7 +121,7 @@ Result<void> draw_background() {
     return {};
 }
 
-Result<void> draw_surface(const Mesh& mesh, const Camera& camera, const Matrix4& projection,
+Result<void> draw_surface(const Mesh& mesh, const Camera& camera, const Matrix4& projection, double back_step,
                           const RenderOptions& options) {
     const Program program(shaders::kSurfaceVertex, shaders::kSurfaceFragment);
     if (auto used = program.use(); !used.ok()) return used.error();
@@ -143,7 +143,7 @@ Result<void> draw_surface(const Mesh& mesh, const Camera& camera, const Matrix4&
     Vertices::attribute(2, 4, GL_UNSIGNED_BYTE, true, sizeof(Corner), offsetof(Corner, color));
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);
-    draw_sides(options.backs, program.uniform("further"), bounding_box(mesh).diagonal() / camera.distance,
+    draw_sides(options.backs, program.uniform("further"), back_step,
                [&] { glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(corners.size())); });
     return {};
 }
@@ -193,13 +193,14 @@ Result<void> draw_lines(const std::vector<std::vector<Vec3>>& lines, const Camer
 
 Result<void> render_frame(const Mesh& mesh, const std::vector<std::vector<Vec3>>& lines, const Camera& camera,
                           const RenderOptions& options) {
+    const double back_step = kBackStep * bounding_box(mesh).diagonal() / camera.distance;
     const Matrix4 projection =
-        perspective(depth_range(mesh, camera), static_cast<double>(options.width) / options.height);
+        perspective(depth_range(mesh, camera, back_step), static_cast<double>(options.width) / options.height);
     glViewport(0, 0, static_cast<GLsizei>(options.width), static_cast<GLsizei>(options.height));
     glEnable(GL_FRAMEBUFFER_SRGB);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     if (auto done = draw_background(); !done.ok()) return done.error();
-    if (auto done = draw_surface(mesh, camera, projection, options); !done.ok()) return done.error();
+    if (auto done = draw_surface(mesh, camera, projection, back_step, options); !done.ok()) return done.error();
     if (!lines.empty())
         if (auto done = draw_lines(lines, camera, projection, options); !done.ok()) return done.error();
     if (glGetError() != GL_NO_ERROR) return Error{Errc::Io, 0, "cannot draw: OpenGL refused (out of memory?)"};

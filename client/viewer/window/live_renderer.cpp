@@ -215,7 +215,7 @@ void LiveRenderer::draw(const Turntable& camera, const LiveLook& look) const {
     }
     const double radius = static_cast<double>(camera.radius);
     draw_sides(backs_from_eye(solid_, camera.eye_to_middle, radius), glGetUniformLocation(surface_, "further"),
-               2 * radius, [&] { draw_elements(GL_TRIANGLES, 0); });
+               kBackStep * 2 * radius, [&] { draw_elements(GL_TRIANGLES, 0); });
     set_matrices(lines_, camera);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
