@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "codec/entropy/packed_planes.h"
 #include "codec/tiles.h"
 
 namespace mvw {
@@ -146,7 +147,7 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
         return Taken::Waits;
     }
     if (*ready != Readiness::Ready) return Taken::Dropped;
-    if (const Result<void> r = queue_planes(id, front, in, payload, whole); !r.ok()) return r.error();
+    if (const Result<void> r = queue_planes(id, front, in, whole); !r.ok()) return r.error();
     if (whole) error_code_ = std::max(error_code_, front.error_code);
     if (id.level > 0 && id.channel == Channel::Geometry) detail_level_ = std::max<unsigned>(detail_level_, id.level);
     return Taken::Used;
@@ -170,27 +171,30 @@ Result<unsigned> lowest_plane_there(ByteReader in, unsigned top, unsigned low, b
 
 }  // namespace
 
-/// Takes note of what a ready chunk holds. The fast profile's planes, which can be damaged, are unpacked at once.
-Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, ByteSpan payload,
-                                       bool whole) {
+/// Takes note of what a ready chunk holds. The fast profile's planes, which can be damaged, are unzipped at once.
+Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
     const unsigned low = lowest_plane_of(id);
     const bool fast = base_->params.fast;
     const Result<unsigned> lowest = fast ? low : lowest_plane_there(in, front.top_plane, low, whole);
     if (!lowest.ok()) return lowest.error();
     if (*lowest > front.top_plane || (fast && !whole)) return {};
-    std::unique_ptr<Block>& place = block(id, id.level);
-    const bool is_new = !place;
-    if (is_new) place = std::make_unique<Block>(components_of(id.channel));
+    Queued queued{front.top_plane, {}};
+    const ByteSpan planes = in.bytes(in.remaining());
     if (fast) {
-        const auto size = static_cast<std::size_t>(block_size(tiling(id.level).tiles[id.tile], id.level));
-        const Result<void> unpacked = place->decoder.unpack(size, front.top_plane, low, in.bytes(in.remaining()));
-        if (!unpacked.ok() && is_new) place.reset();
-        if (!unpacked.ok()) return unpacked;
+        const std::uint64_t size = block_size(tiling(id.level).tiles[id.tile], id.level) * components_of(id.channel);
+        if (!unzip_planes(planes, static_cast<std::size_t>(size), front.top_plane, low, queued.planes))
+            return malformed("packed planes are damaged");
+    } else {
+        queued.planes.assign(planes.begin(), planes.end());
     }
-    if (is_new) --blocks_left_;
+    std::unique_ptr<Block>& place = block(id, id.level);
+    if (!place) {
+        place = std::make_unique<Block>(components_of(id.channel));
+        --blocks_left_;
+    }
     place->plane = *lowest;
     place->cut = !whole;
-    queue_.emplace(id, fast ? Bytes{} : Bytes(payload.begin(), payload.end()));
+    queue_.emplace(id, std::move(queued));
     if (const std::size_t kind = *kind_of(id.channel); kind > 0) {
         attributes_[kind - 1].ensure(vertex_count(id.level), vertex_count(0));
     } else {
@@ -220,7 +224,7 @@ std::vector<std::span<const Vec3f>> PartDecoder::coefficients() {
     return all;
 }
 
-/// Calls visit(id, payload) for the tile's chunks in the queue, level by level: parents first.
+/// Calls visit(id, queued) for the tile's chunks in the queue, level by level: parents first.
 template <typename Visit>
 void PartDecoder::visit_queue(std::uint32_t tile, Visit visit) {
     for (unsigned channel = 1; channel <= static_cast<unsigned>(Channel::LastField); ++channel) {
@@ -234,7 +238,7 @@ void PartDecoder::visit_queue(std::uint32_t tile, Visit visit) {
 /// Tiles do not look at one another, and the transforms' tables at none of them.
 void PartDecoder::settle(unsigned level) {
     std::vector<std::uint32_t> tiles;
-    for (const auto& [id, payload] : queue_) tiles.push_back(id.tile);
+    for (const auto& [id, queued] : queue_) tiles.push_back(id.tile);
     std::sort(tiles.begin(), tiles.end());
     tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
     std::vector<std::function<void()>> tasks;
@@ -268,8 +272,8 @@ void PartDecoder::settle(unsigned level) {
 }
 
 void PartDecoder::settle_tile(std::uint32_t tile) {
-    visit_queue(tile, [&](const ChunkId& id, ByteSpan payload) { decode_planes(id, payload); });
-    visit_queue(tile, [&](const ChunkId& id, ByteSpan) {
+    visit_queue(tile, [&](const ChunkId& id, const Queued& queued) { decode_planes(id, queued); });
+    visit_queue(tile, [&](const ChunkId& id, const Queued&) {
         Block& here = *block(id, id.level);
         if (!here.changed) return;
         here.changed = false;
@@ -278,17 +282,21 @@ void PartDecoder::settle_tile(std::uint32_t tile) {
     });
 }
 
-void PartDecoder::decode_planes(const ChunkId& id, ByteSpan payload) {
+void PartDecoder::decode_planes(const ChunkId& id, const Queued& queued) {
     Block& here = *block(id, id.level);
     here.changed = true;
-    if (base_->params.fast) return;
+    const unsigned low = lowest_plane_of(id);
+    if (base_->params.fast) {
+        const auto size = static_cast<std::size_t>(block_size(tiling(id.level).tiles[id.tile], id.level));
+        (void)here.decoder.unpack(size, queued.top, low, queued.planes).ok();
+        return;
+    }
     if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
     const BlockDecoder* parent = nullptr;
     if (has_parents(id.level) && block(id, id.level - 1u)) parent = &block(id, id.level - 1u)->decoder;
-    ByteReader in(payload);
-    const unsigned low = lowest_plane_of(id);
+    ByteReader in(queued.planes);
     const bool cut = here.cut && low <= here.plane;  // the block's last chunk: what is behind is not there
-    for (unsigned plane = read_geometry_front(in).top_plane + 1u; plane-- > std::max(low, here.plane);) {
+    for (unsigned plane = queued.top + 1; plane-- > std::max(low, here.plane);) {
         const std::uint64_t length = plane == low ? in.remaining() : in.varint();
         const bool all_there = length <= in.remaining() && !(cut && plane == low);
         const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(length, in.remaining()));
@@ -319,27 +327,42 @@ void PartDecoder::ensure_coefficients(unsigned level) {
     if (base_->params.lossless && integers_.size() < V) integers_.resize(V);
 }
 
+namespace {
+
+constexpr std::array<float, kMaxComponents> kOnes{1, 1, 1, 1};
+
+}  // namespace
+
 /// Of one block: tiles do this side by side.
-void PartDecoder::store_values(const ChunkId& id, const Block& from) {
-    if (!from.decoder.started()) return;
-    const unsigned level = id.level;
-    const std::vector<std::uint32_t> indices = block_indices(base_->mesh, tiling(level).tiles[id.tile], level);
-    std::vector<float> values(indices.size() * components_of(id.channel));
-    from.decoder.values(base_->params.reconstruction_point(), values);
-    if (const std::size_t kind = *kind_of(id.channel); kind > 0)
-        return attributes_[kind - 1].store(indices, level, values);
-    if (base_->params.lossless) return store_integers(indices, from.decoder, values);
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        const std::uint32_t v = indices[i];
-        const Vec3f step = units_.steps(level, v);
-        const Vec3f value{values[3 * i] * step.x, values[3 * i + 1] * step.y, values[3 * i + 2] * step.z};
-        coefficients_[v] = level == 0 ? units_.origin(v) + units_.frame(v).to_model(value) : value;
+void PartDecoder::store_values(const ChunkId& id, const Block& block) {
+    const BlockDecoder& from = block.decoder;
+    if (!from.started()) return;
+    if (const std::size_t kind = *kind_of(id.channel); kind > 0) return store_attribute(kind, id, from);
+    if (base_->params.lossless) return store_integers(id, from);
+    const float reconstruction = base_->params.reconstruction_point();
+    std::size_t place = 0;
+    for (const BlockRun& run : block_runs(base_->mesh, tiling(id.level).tiles[id.tile], id.level)) {
+        const Vec3f steps = units_.steps(id.level, run.vertex);
+        Vec3f* const to = &coefficients_[run.vertex];
+        from.values(reconstruction, std::array{steps.x, steps.y, steps.z}, place, {&to->x, std::size_t{3} * run.count});
+        if (id.level == 0) *to = units_.origin(run.vertex) + units_.frame(run.vertex).to_model(*to);
+        place += run.count;
     }
 }
 
+void PartDecoder::store_attribute(std::size_t kind, const ChunkId& id, const BlockDecoder& from) {
+    const unsigned components = components_of(id.channel);
+    const std::vector<std::uint32_t> indices = block_indices(base_->mesh, tiling(id.level).tiles[id.tile], id.level);
+    std::vector<float> values(indices.size() * components);
+    from.values(base_->params.reconstruction_point(), std::span(kOnes).first(components), 0, values);
+    attributes_[kind - 1].store(indices, id.level, values);
+}
+
 /// Exact once plane 0 has come; before, the middle of what is open.
-void PartDecoder::store_integers(std::span<const std::uint32_t> indices, const BlockDecoder& from,
-                                 std::span<const float> values) {
+void PartDecoder::store_integers(const ChunkId& id, const BlockDecoder& from) {
+    const std::vector<std::uint32_t> indices = block_indices(base_->mesh, tiling(id.level).tiles[id.tile], id.level);
+    std::vector<float> values(indices.size() * 3);
+    from.values(base_->params.reconstruction_point(), std::span(kOnes).first(3), 0, values);
     std::vector<std::int32_t> exact(from.lowest_plane() == 0 ? values.size() : 0);
     if (!exact.empty()) from.integers(exact);
     const auto grid = static_cast<float>(base_->params.grid());

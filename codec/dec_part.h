@@ -60,18 +60,21 @@ class PartDecoder {
     enum class Taken { Used, Waits, Dropped };
     Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
-    Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, ByteSpan payload,
-                              bool whole);
+    Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
     /// Decodes what has been queued; meanwhile makes ready for a mesh of this level.
     void settle(unsigned level = 0);
     void settle_tile(std::uint32_t tile);
-    void decode_planes(const ChunkId& id, ByteSpan payload);
+    struct Queued {
+        unsigned top;  // plane
+        Bytes planes;  // down to the chunk's lowest: as they came, of the fast profile without zstd's frame
+    };
+    void decode_planes(const ChunkId& id, const Queued& queued);
     template <typename Visit>
     void visit_queue(std::uint32_t tile, Visit visit);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
     void store_values(const ChunkId& id, const Block& block);
-    void store_integers(std::span<const std::uint32_t> indices, const BlockDecoder& from,
-                        std::span<const float> values);
+    void store_attribute(std::size_t kind, const ChunkId& id, const BlockDecoder& from);
+    void store_integers(const ChunkId& id, const BlockDecoder& from);
     void ensure_coefficients(unsigned level);
     void append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out);
     [[nodiscard]] std::size_t vertex_count(unsigned level) const {
@@ -123,7 +126,7 @@ class PartDecoder {
     std::vector<AttributeDecoder> attributes_;
     // Chunks by channel (in the place of the part), tile, level, layer: to be decoded, the last of a block maybe a
     // beginning; waiting for others.
-    std::map<ChunkId, Bytes> queue_;
+    std::map<ChunkId, Queued> queue_;
     std::map<ChunkId, Bytes> waiting_;
     std::shared_ptr<TransformTables> tables_, attribute_tables_;
     std::unique_ptr<PatchTransform> transform_, attribute_transform_;

@@ -203,19 +203,28 @@ std::uint64_t block_size(const Tiling::Tile& tile, unsigned level) {
            tile.faces.size() * (interior_points(level) - interior_points(level - 1));
 }
 
-std::vector<std::uint32_t> block_indices(const BaseMesh& base, const Tiling::Tile& tile, unsigned level) {
-    if (level == 0) return tile.vertices;
-    std::vector<std::uint32_t> indices(static_cast<std::size_t>(block_size(tile, level)));
-    const auto run = static_cast<std::uint32_t>(interior_points(level) - interior_points(level - 1));
+std::vector<BlockRun> block_runs(const BaseMesh& base, const Tiling::Tile& tile, unsigned level) {
+    std::vector<BlockRun> runs;
+    if (level == 0) {
+        for (const std::uint32_t v : tile.vertices) runs.push_back({v, 1});
+        return runs;
+    }
+    const auto inside = static_cast<std::uint32_t>(interior_points(level) - interior_points(level - 1));
     const auto along = std::uint32_t{1} << (level - 1);
     const auto start = static_cast<std::uint32_t>(vertices_at_level(base, level - 1));
+    for (const std::uint32_t e : tile.edges) runs.push_back({start + e * along, along});
+    if (inside == 0) return runs;
+    for (const std::uint32_t f : tile.faces) runs.push_back({start + base.edge_count() * along + f * inside, inside});
+    return runs;
+}
+
+std::vector<std::uint32_t> block_indices(const BaseMesh& base, const Tiling::Tile& tile, unsigned level) {
+    std::vector<std::uint32_t> indices(static_cast<std::size_t>(block_size(tile, level)));
     auto to = indices.begin();
-    const auto add = [&to](std::uint32_t first, std::uint32_t count) {
-        std::iota(to, to + count, first);
-        to += count;
-    };
-    for (const std::uint32_t e : tile.edges) add(start + e * along, along);
-    for (const std::uint32_t f : tile.faces) add(start + base.edge_count() * along + f * run, run);
+    for (const BlockRun& run : block_runs(base, tile, level)) {
+        std::iota(to, to + run.count, run.vertex);
+        to += run.count;
+    }
     return indices;
 }
 

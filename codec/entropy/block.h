@@ -31,7 +31,15 @@ struct Tiling {
 /// Number of coefficients of a tile's block of a level: V(level) - V(level-1) restricted to what the tile owns.
 std::uint64_t block_size(const Tiling::Tile& tile, unsigned level);
 
-/// Each coefficient's vertex in hierarchical order, in coding order (BlockShape).
+/// Coefficients that follow one another in coding order (BlockShape) and whose vertices do so in hierarchical order: from
+/// level 1 on, those of one base edge or inside one base face.
+struct BlockRun {
+    std::uint32_t vertex, count;  // the first one, and how many: at least one
+};
+/// All of a tile's block of a level, in coding order.
+std::vector<BlockRun> block_runs(const BaseMesh& base, const Tiling::Tile& tile, unsigned level);
+
+/// Each coefficient's vertex in hierarchical order, in coding order.
 std::vector<std::uint32_t> block_indices(const BaseMesh& base, const Tiling::Tile& tile, unsigned level);
 
 /// The coefficients of a block in coding order, and the relations from which contexts are formed.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "codec/bytes.h"
 #include "codec/entropy/plane_coder.h"
@@ -26,28 +27,33 @@ class BlockDecoder {
     Result<void> decode_plane(const BlockShape& shape, const BlockDecoder* parent, unsigned plane, ByteSpan bytes,
                               bool whole);
 
-    /// The fast profile's way to the planes from `top`, the next one down (or the first), to `low`: all or, Malformed,
-    /// none of them. size: the block's.
-    Result<void> unpack(std::size_t size, unsigned top, unsigned low, ByteSpan packed);
+    /// The fast profile's way to the planes from `top`, the next one down (or the first), to `low`. size: the block's.
+    /// raw: what unzip_planes() gave for as many entries. Malformed as for decode_plane().
+    Result<void> unpack(std::size_t size, unsigned top, unsigned low, ByteSpan raw);
 
+    [[nodiscard]] unsigned components() const { return components_; }
     /// False while all coefficients are zero because no plane has come.
-    [[nodiscard]] bool started() const { return progress_ != nullptr; }
+    [[nodiscard]] bool started() const { return plane_ < kMaxPlanes; }
     /// Lowest plane of which anything is known; kMaxPlanes before the first.
     [[nodiscard]] unsigned lowest_plane() const { return plane_; }
 
-    /// Coefficients in units of their steps, coefficient-major, size * components: zero, or the middle of what the
-    /// decoded planes leave open: sign * (magnitude + reconstruction * 2^(lowest plane known of this coefficient)).
-    void values(float reconstruction, std::span<float> out) const;
+    /// Coefficients from number `first` on, coefficient-major, as many as out.size() / components, each component times
+    /// its scale: zero, or the middle of what the decoded planes leave open, sign * (magnitude + reconstruction *
+    /// 2^(lowest plane known of this coefficient)).
+    void values(float reconstruction, std::span<const float> scale, std::size_t first, std::span<float> out) const;
     /// Exact integers, for lossless coding: right once plane 0 has come whole.
     void integers(std::span<std::int32_t> out) const;
 
  private:
-    void start(std::size_t size, unsigned top);
+    [[nodiscard]] bool follows(unsigned plane) const;
+    [[nodiscard]] std::uint32_t entry(std::size_t coefficient, unsigned component) const;
 
     unsigned components_;
     unsigned plane_ = kMaxPlanes;
+    std::size_t size_ = 0;                     // coefficients
     std::size_t complete_ = 0;                 // entries that have plane_; those behind stand at plane_ + 1
     std::unique_ptr<BlockProgress> progress_;  // some kilobytes: a file may name many blocks and fill few
+    std::vector<std::uint32_t> unpacked_;      // instead, in the fast profile: entries, component-major
 };
 
 }  // namespace mvw

@@ -28,7 +28,7 @@ Bytes pack_planes(const Entries& entries, unsigned components, unsigned top, uns
 
 /// The bytes behind the frame. False where it is not one of exactly the size that so many entries take.
 bool unzip_planes(ByteSpan packed, std::size_t entries, unsigned top, unsigned low, Bytes& raw);
-/// Sets those planes in `rows`, one for each coefficient.
-void unpack_planes(ByteSpan raw, unsigned components, unsigned top, unsigned low, std::span<EntryRow> rows);
+/// Sets those planes in the entries, which are component-major (entry i of component c at c * coefficients + i).
+void unpack_planes(ByteSpan raw, unsigned top, unsigned low, std::span<std::uint32_t> entries);
 
 }  // namespace mvw

@@ -79,25 +79,46 @@ std::uint32_t edge_vertex_index(const BaseMesh& base, const BaseEdge& edge, unsi
 
 void patch_vertices(const BaseMesh& base, std::uint32_t f, unsigned level, std::vector<std::uint32_t>& out) {
     const std::uint32_t n = 1u << level;
-    out.clear();
-    out.reserve(std::size_t{n + 1} * (n + 2) / 2);
-    for (std::uint32_t i = 0; i <= n; ++i)
-        for (std::uint32_t k = 0; i + k <= n; ++k) out.push_back(vertex_index(base, f, level, i, k));
+    out.resize(std::size_t{n + 1} * (n + 2) / 2);
+    const auto at = [&](std::uint32_t i, std::uint32_t k) -> std::uint32_t& {
+        return out[patch_place(n, i, k)];
+    };
+    const Face& face = base.faces()[f];
+    at(0, 0) = face[0], at(n, 0) = face[1], at(0, n) = face[2];
+    // What each level adds lies in runs: along the three sides, then inside.
+    for (unsigned j = 1; j <= level; ++j) {
+        const std::uint32_t points = 1u << j, step = n >> j;
+        const auto start = static_cast<std::uint32_t>(vertices_at_level(base, j - 1));
+        for (std::uint32_t t = 1; t < points; t += 2) {
+            const std::uint32_t a = t * step, b = n - a;
+            at(a, 0) = odd_edge_point(base, f, 0, j, t);
+            at(b, a) = odd_edge_point(base, f, 1, j, t);
+            at(0, b) = odd_edge_point(base, f, 2, j, t);
+        }
+        const auto run = static_cast<std::uint32_t>(interior_points(j) - interior_points(j - 1));
+        std::uint32_t next = start + base.edge_count() * (points / 2) + f * run;
+        for (std::uint32_t i = 1; i < points; ++i) {
+            std::uint32_t* const row = &at(i * step, 0);
+            for (std::uint32_t k = 1; i + k < points; k += i % 2 == 1 ? 1 : 2) row[k * step] = next++;
+        }
+    }
 }
 
 std::vector<Face> triangles_at_level(const BaseMesh& base, unsigned level) {
     const std::uint32_t n = 1u << level;
-    std::vector<Face> triangles;
-    triangles.reserve(std::size_t{base.face_count()} << (2 * level));
+    std::vector<Face> triangles(std::size_t{base.face_count()} << (2 * level));
     std::vector<std::uint32_t> patch;
+    Face* to = triangles.data();
     for (std::uint32_t f = 0; f < base.face_count(); ++f) {
         patch_vertices(base, f, level, patch);
-        for (std::uint32_t i = 0, row = 0; i < n; ++i) {
-            const std::uint32_t length = n - i + 1, next = row + length;
-            for (std::uint32_t k = 0; k + 1 < length; ++k) {
-                triangles.push_back({patch[row + k], patch[next + k], patch[row + k + 1]});
-                if (k + 2 < length) triangles.push_back({patch[next + k], patch[next + k + 1], patch[row + k + 1]});
+        const std::uint32_t* row = patch.data();
+        for (std::uint32_t length = n + 1; length > 1; --length) {
+            const std::uint32_t* const next = row + length;
+            for (std::uint32_t k = 0; k + 2 < length; ++k) {
+                *to++ = {row[k], next[k], row[k + 1]};
+                *to++ = {next[k], next[k + 1], row[k + 1]};
             }
+            *to++ = {row[length - 2], next[length - 2], row[length - 1]};
             row = next;
         }
     }

@@ -103,7 +103,11 @@ std::uint32_t vertex_index(const BaseMesh& base, std::uint32_t f, unsigned level
 /// Index of the point at share t/2^j of a base edge's way from v[0] to v[1], 0 <= t <= 2^j. O(j).
 std::uint32_t edge_vertex_index(const BaseMesh& base, const BaseEdge& edge, unsigned level, std::uint32_t t);
 
-/// Indices of all (n+1)(n+2)/2 grid points of face f at level j, rows of rising i. `out` is resized.
+/// Place of grid point (i, k) among all (n+1)(n+2)/2 of a face, rows of rising i.
+constexpr std::size_t patch_place(std::uint32_t n, std::uint32_t i, std::uint32_t k) {
+    return std::size_t{i} * (n + 1) - std::size_t{i} * (i - (i > 0)) / 2 + k;
+}
+/// Indices of all grid points of face f at level j, as patch_place() places them. `out` is resized.
 void patch_vertices(const BaseMesh& base, std::uint32_t f, unsigned level, std::vector<std::uint32_t>& out);
 
 /// The 4^j triangles of each base face in order, as one mesh's faces; face f's are [f 4^j, (f+1) 4^j).

@@ -71,15 +71,16 @@ constexpr Matrix transposed(const Matrix& a) {
     return {a[0], a[2], a[1], a[3]};
 }
 
-// Two responses of support 3 overlap up to offset 6; their fine halves reach 2 * 6 + 3.
-constexpr int kRadius = 6, kFineRadius = 2 * kRadius + 3;
+// Two responses of support 3 overlap up to offset 6; P reaches 3 further.
+constexpr int kRadius = 6, kFineRadius = kRadius + 3;
 
 /// sum over y of P(y) C(j - y), for each fine offset j: the product of a coarse and a fine response.
 Table half_refined(const std::vector<Tap>& taps, const Table& C) {
     Table mixed(kFineRadius);
-    for (int i = -kFineRadius; i <= kFineRadius; ++i)
-        for (int k = -kFineRadius; k <= kFineRadius; ++k)
-            for (const Tap& tap : taps) add_product(mixed.at({i, k}), tap.weight, C.get(Offset{i, k} - tap.at), 1);
+    for (const Tap& tap : taps)
+        for (int i = -kRadius; i <= kRadius; ++i)
+            for (int k = -kRadius; k <= kRadius; ++k)
+                add_product(mixed.at(Offset{i, k} + tap.at), tap.weight, C.get({i, k}), 1);
     return mixed;
 }
 

@@ -20,11 +20,14 @@ unsigned common_side(GridPoint a, GridPoint b, std::uint32_t n) {
 
 void add_faces(Level& level, const BaseMesh& base, unsigned j, std::span<const std::uint8_t> creases) {
     const std::uint32_t n = 1u << j;
-    for (std::uint32_t f = 0; f < base.face_count(); ++f)
+    std::vector<std::uint32_t> patch, finer;
+    for (std::uint32_t f = 0; f < base.face_count(); ++f) {
+        patch_vertices(base, f, j, patch);
+        patch_vertices(base, f, j + 1, finer);
+        const auto name = [&](GridPoint p) { return patch[patch_place(n, p.i, p.k)]; };
         for (std::uint32_t i = 0; i < n; ++i)
             for (std::uint32_t k = 0; i + k < n; ++k) {
                 const std::array<GridPoint, 3> corner{{{i, k}, {i + 1, k}, {i, k + 1}}};
-                const auto name = [&](GridPoint p) { return vertex_index(base, f, j, p.i, p.k); };
                 const auto half = static_cast<std::uint32_t>(3 * level.faces.size());
                 level.faces.push_back({name(corner[0]), name(corner[1]), name(corner[2])});
                 for (unsigned s = 0; s < 3; ++s) {
@@ -33,10 +36,11 @@ void add_faces(Level& level, const BaseMesh& base, unsigned j, std::span<const s
                     if (side < 3 && !base.runs_along(f, side)) continue;
                     const bool sharp = side < 3 && (base.edges()[base.edge_of(f, side)].face[1] == kNone ||
                                                     (!creases.empty() && creases[base.edge_of(f, side)] != 0));
-                    level.edges.push_back({half + s, vertex_index(base, f, j + 1, a.i + b.i, a.k + b.k), sharp});
+                    level.edges.push_back({half + s, finer[patch_place(2 * n, a.i + b.i, a.k + b.k)], sharp});
                 }
                 if (i + k + 2 <= n) level.faces.push_back({name({i + 1, k}), name({i + 1, k + 1}), name({i, k + 1})});
             }
+    }
 }
 
 /// Half-edges by the vertex they start at, then by the one they end at.

@@ -33,7 +33,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (!parent.decode_plane(coarse, nullptr, plane, bytes, true)) return 0;
         if (!block.decode_plane(fine, &parent, plane, bytes, whole)) std::abort();
         std::vector<float> values(fine.size() * components);
-        block.values(0.5f, values);
+        const std::vector<float> ones(components, 1.0f);
+        block.values(0.5f, ones, 0, values);
         for (const float v : values)
             if (!(v >= -268435456.0f && v <= 268435456.0f)) std::abort();
         if (!whole || plane == 0) return 0;

@@ -253,19 +253,21 @@ LiftProgram make_lift_program(const Layout& layout) {
     LiftProgram program;
     struct Entry {
         LiftProgram::Point point;
-        std::vector<std::uint32_t> edges;
+        std::size_t first, last;  // of `edges`
     };
     std::vector<Entry> entries;
+    std::vector<std::uint32_t> edges;
     const auto add = [&](int i, int k) {
-        Entry entry{{layout.at(i, k), keep_at(i, k, n), {}}, {}};
+        Entry entry{{layout.at(i, k), keep_at(i, k, n), {}}, edges.size(), 0};
         for (std::size_t c = 0; c < 4; ++c)
             for (std::size_t e = kClassStart[c]; e < kClassStart[c + 1]; ++e) {
                 const int a = i + kLiftedBy[e].i, b = k + kLiftedBy[e].k;
                 if (a < 0 || b < 0 || a + b >= n) continue;
-                entry.edges.push_back(layout.edge(kLiftedBy[e].plane, a, b));
+                edges.push_back(layout.edge(kLiftedBy[e].plane, a, b));
                 ++entry.point.count[c];
             }
-        entries.push_back(std::move(entry));
+        entry.last = edges.size();
+        entries.push_back(entry);
     };
     for (int i = -1; i <= n; ++i)
         for (int k = i < 0 ? 1 : i == 0 ? 0 : -1; k <= (i <= 0 ? n : n + 1 - i); ++k)
@@ -273,9 +275,12 @@ LiftProgram make_lift_program(const Layout& layout) {
     // Points of equal counts one after the other: the kernel's loops are then easy to foresee.
     std::stable_sort(entries.begin(), entries.end(),
                      [](const Entry& a, const Entry& b) { return a.point.count < b.point.count; });
+    program.points.reserve(entries.size());
+    program.edges.reserve(edges.size());
+    const auto at = [&](std::size_t e) { return edges.begin() + static_cast<std::ptrdiff_t>(e); };
     for (const Entry& entry : entries) {
         program.points.push_back(entry.point);
-        program.edges.insert(program.edges.end(), entry.edges.begin(), entry.edges.end());
+        program.edges.insert(program.edges.end(), at(entry.first), at(entry.last));
     }
     return program;
 }

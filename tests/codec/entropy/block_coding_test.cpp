@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
 
 #include "codec/entropy/dec_block.h"
 #include "codec/entropy/enc_block.h"
+#include "codec/entropy/packed_planes.h"
 
 namespace mvw {
 namespace {
@@ -39,7 +42,8 @@ std::vector<float> surface_like(const BlockShape& shape, unsigned components, un
 
 std::vector<float> values_of(const BlockDecoder& decoder, std::size_t count, float reconstruction = kMiddle) {
     std::vector<float> values(count);
-    decoder.values(reconstruction, values);
+    const std::vector<float> ones(decoder.components(), 1.0f);
+    decoder.values(reconstruction, ones, 0, values);
     return values;
 }
 
@@ -69,6 +73,65 @@ TEST(BlockCoding, EveryPlaneOfEveryLevelAndComponentCountDecodesToItsQuantiser) 
             }
             parent_entries = block.entries;
             parent = std::move(decoder);
+        }
+    }
+}
+
+TEST(BlockCoding, PackedPlanesGiveTheSameValuesAsCodedOnes) {
+    const BaseMesh base = octahedron();
+    const BlockShape shape(base, single_tile(base), 0, 4);
+    for (unsigned components = 1; components <= kMaxComponents; ++components) {
+        const std::vector<float> scaled = surface_like(shape, components, components, 1e5);
+        const EncodedBlock block = encode_block(shape, components, scaled, {}, kMiddle);
+        const unsigned top = block.planes.front().plane;
+        BlockDecoder coded(components), packed(components);
+        std::size_t next = 0;
+        // Words of every width that there is: 1 byte holds 7 planes and a sign.
+        for (const unsigned planes : {1u, 7u, 8u, 30u}) {
+            const unsigned first = block.planes[next].plane, low = first - std::min(first, planes - 1);
+            for (; next < block.planes.size() && block.planes[next].plane >= low; ++next)
+                ASSERT_TRUE(
+                    coded.decode_plane(shape, nullptr, block.planes[next].plane, block.planes[next].bytes, true));
+            Bytes raw;
+            ASSERT_TRUE(
+                unzip_planes(pack_planes(block.entries, components, first, low), scaled.size(), first, low, raw));
+            ASSERT_TRUE(packed.unpack(shape.size(), first, low, raw));
+            EXPECT_FALSE(packed.unpack(shape.size(), first, low, raw)) << "the same planes again";
+            ASSERT_EQ(values_of(coded, scaled.size()), values_of(packed, scaled.size())) << top << " to " << low;
+            if (low == 0) break;
+        }
+        ASSERT_EQ(coded.lowest_plane(), 0u);
+        std::vector<std::int32_t> from_coded(scaled.size()), from_packed(scaled.size());
+        coded.integers(from_coded);
+        packed.integers(from_packed);
+        EXPECT_EQ(from_coded, from_packed);
+    }
+}
+
+TEST(BlockCoding, ValuesOfARangeAreScaledByComponent) {
+    const BaseMesh base = octahedron();
+    const BlockShape shape(base, single_tile(base), 0, 3);
+    const std::vector<float> scaled = surface_like(shape, 3, 5);
+    const EncodedBlock block = encode_block(shape, 3, scaled, {}, kMiddle);
+    const unsigned top = block.planes.front().plane;
+    BlockDecoder coded(3), packed(3), cut(3);
+    for (const EncodedPlane& p : block.planes) ASSERT_TRUE(coded.decode_plane(shape, nullptr, p.plane, p.bytes, true));
+    Bytes raw;
+    ASSERT_TRUE(unzip_planes(pack_planes(block.entries, 3, top, 0), scaled.size(), top, 0, raw));
+    ASSERT_TRUE(packed.unpack(shape.size(), top, 0, raw));
+    for (const EncodedPlane& p : block.planes) {
+        const bool last = p.plane == 0;
+        const ByteSpan bytes = ByteSpan(p.bytes).first(last ? p.bytes.size() / 2 : p.bytes.size());
+        ASSERT_TRUE(cut.decode_plane(shape, nullptr, p.plane, bytes, !last));
+    }
+    const std::array<float, 3> scale{2, 0.5f, 3};
+    for (const BlockDecoder* decoder : {&coded, &packed, &cut}) {
+        const std::vector<float> all = values_of(*decoder, scaled.size());
+        for (std::size_t first = 0, count = 1; first + count < shape.size(); first += count, count = count * 2 + 1) {
+            std::vector<float> values(3 * count);
+            decoder->values(kMiddle, scale, first, values);
+            for (std::size_t at = 0; at < values.size(); ++at)
+                ASSERT_EQ(values[at], all[3 * first + at] * scale[at % 3]) << first << " " << at;
         }
     }
 }
