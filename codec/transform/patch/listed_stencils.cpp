@@ -234,6 +234,7 @@ void CarriedStencils::add_fan(FaceCorner start, std::vector<std::uint8_t>& seen)
         seen[std::size_t{3} * c.face + c.corner] = 1;
         fan.corners.push_back(c);
     }
+    if (fan.closed) spokes_[fan.corners.size()];
     fans_.push_back(std::move(fan));
 }
 
@@ -249,6 +250,23 @@ std::vector<float> CarriedStencils::signature(const Fan& fan) const {
     return result;
 }
 
+const ListedStencils& CarriedStencils::spoke(std::size_t spokes, bool regular) const {
+    Spoke& wanted = spokes_.at(spokes)[regular ? 1 : 0];
+    std::call_once(wanted.found, [&] { wanted.stencil = spoke_stencils(spokes, regular, options_); });
+    return wanted.stencil;
+}
+
+/// As fan_stencils() of a closed fan of no sharp spoke.
+ListedStencils CarriedStencils::smooth_fan(std::size_t spokes) const {
+    constexpr int from = 1 << kSpokeLevel, to = 1 << kFanLevel;
+    std::vector<FaceCorner> corners;
+    for (std::uint32_t f = 0; f < spokes; ++f) corners.push_back({f, 0});
+    ListedStencils result;
+    for (std::size_t s = 0; s < spokes; ++s)
+        add_moved(spoke(spokes, true), 0, {corners, s, {to - from, 0, 0}, from, to}, result);
+    return result;
+}
+
 /// What levels from kFanLevel on are made of.
 void CarriedStencils::make_kinds() {
     if (!kinds_.empty()) return;
@@ -260,7 +278,9 @@ void CarriedStencils::make_kinds() {
         const std::uint32_t place = signatures.place(row);
         if (place >= kind_at.size()) {
             kind_at.resize(numbers.size(), kinds_.size());
-            kinds_.push_back(fan_stencils(row, options_));
+            const bool smooth =
+                fan.closed && fan.corners.size() > 2 && std::find(row.begin() + 1, row.end(), 1) == row.end();
+            kinds_.push_back(smooth ? smooth_fan(fan.corners.size()) : fan_stencils(row, options_));
         }
         kind_of_fan_.push_back(kind_at[place]);
     }
@@ -279,12 +299,8 @@ class CarriedStencils::Spokes {
                 ++valence_[v];
                 if (carried.sharp_[e] != 0) plain_[v] = 0;
             }
-        std::size_t most = 0;
-        for (const Fan& fan : carried.fans_) {
+        for (const Fan& fan : carried.fans_)
             if (fan.corners.size() != valence_[carried.hub(fan)]) plain_[carried.hub(fan)] = 0;
-            most = std::max(most, fan.corners.size());
-        }
-        known_.assign(2 * most + 2, 0);
     }
     /// Whether nothing that the spokes' edges see is sharp. Two faces on each other see nothing but themselves.
     [[nodiscard]] bool is_smooth(const Fan& fan) const {
@@ -292,17 +308,12 @@ class CarriedStencils::Spokes {
                std::all_of(fan.corners.begin(), fan.corners.end(),
                            [&](const FaceCorner& c) { return plain_[end_of_spoke(c)] != 0; });
     }
-    void add(const Fan& fan, ListedStencils& out) {
+    void add(const Fan& fan, ListedStencils& out) const {
         constexpr int n = 1 << kSpokeLevel;
         const std::size_t spokes = fan.corners.size();
         for (std::size_t s = 0; s < spokes; ++s) {
             const bool regular = valence_[end_of_spoke(fan.corners[s])] == 6;
-            std::size_t& known = known_[2 * spokes + (regular ? 1 : 0)];
-            if (known == 0) {
-                stencils_.push_back(spoke_stencils(spokes, regular, carried_.options_));
-                known = stencils_.size();
-            }
-            add_moved(stencils_[known - 1], 0, {fan.corners, s, {}, n, n}, out);
+            add_moved(carried_.spoke(spokes, regular), 0, {fan.corners, s, {}, n, n}, out);
         }
     }
 
@@ -315,14 +326,11 @@ class CarriedStencils::Spokes {
     const BaseMesh& base_;
     std::vector<std::uint8_t> plain_;     // of each base vertex: one fan, no sharp edge
     std::vector<std::uint32_t> valence_;  // of each base vertex
-    std::vector<ListedStencils> stencils_;
-    std::vector<std::size_t>
-        known_;  // by twice the valence, and one for a regular end: a number of stencils_ from 1 on
 };
 
 ListedStencils CarriedStencils::at_spoke_level() const {
     const BaseMesh& base = topology_.base();
-    Spokes spokes(*this);
+    const Spokes spokes(*this);
     std::vector<std::uint8_t> smooth(base.vertex_count(), 1);  // also where no face is
     for (const Fan& fan : fans_)
         if (!spokes.is_smooth(fan)) smooth[hub(fan)] = 0;

@@ -3,6 +3,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <map>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -67,8 +69,9 @@ class CarriedStencils {
     /// one that it leads to is regular; the rest of the level is made explicit.
     [[nodiscard]] ListedStencils at_spoke_level() const;
     /// Of kFanLevel or a finer one: around each base vertex as in a fan of its valence and creases alone, one small
-    /// mesh for each kind of base vertex; along the middles of sharp sides as along one such side. Keeps small meshes'
-    /// stencils: not for several threads at once, but beside at_spoke_level().
+    /// mesh for each kind of base vertex (where nothing is sharp, the one of kSpokeLevel whose spoke leads to a regular
+    /// vertex: from here that looks like the inside of a face); along the middles of sharp sides as along one such
+    /// side. Keeps small meshes' stencils: not for several threads at once, but beside at_spoke_level().
     [[nodiscard]] ListedStencils at_level(unsigned level);
 
  private:
@@ -76,6 +79,13 @@ class CarriedStencils {
         std::vector<FaceCorner> corners;  // counter-clockwise; from the boundary on where there is one
         bool closed;
     };
+    /// The stencil of a closed fan's spoke on kSpokeLevel, found when it is first asked for.
+    struct Spoke {
+        std::once_flag found;
+        ListedStencils stencil;
+    };
+    [[nodiscard]] const ListedStencils& spoke(std::size_t spokes, bool regular) const;
+    [[nodiscard]] ListedStencils smooth_fan(std::size_t spokes) const;
     class Spokes;
     void add_fan(FaceCorner start, std::vector<std::uint8_t>& seen);
     [[nodiscard]] FaceCorner turned(FaceCorner c, bool clockwise) const;
@@ -89,6 +99,8 @@ class CarriedStencils {
     std::vector<std::uint8_t> sharp_;  // of each base edge
     TransformOptions options_;
     std::vector<Fan> fans_;
+    // By the numbers of spokes of closed fans: to an irregular vertex, and to a regular one.
+    mutable std::map<std::size_t, std::array<Spoke, 2>> spokes_;
     std::vector<std::size_t> kind_of_fan_;  // of kinds_; both empty before a level from kFanLevel on was asked for
     std::vector<ListedStencils> kinds_;
     std::array<ListedStencils, 2> middles_;  // of a boundary, of a crease
