@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "codec/container/toc.h"
 #include "codec/decoder.h"
 #include "codec/enc_errors.h"
 #include "codec/part_params.h"
+#include "codec/remesh/parallel.h"
 
 namespace mvw {
 
@@ -35,17 +37,17 @@ void say(std::size_t least_bytes, PlannedChunk& chunk) {
 }
 
 /// RMS error of a file's beginning; infinite where it shows nothing.
-double error_of(const EncoderInput& input, ByteSpan beginning, unsigned threads) {
+double error_of(const EncoderInput& input, ByteSpan beginning) {
     const Result<Mesh> mesh = decode(beginning);
     if (!mesh.ok() || !measurable(*mesh)) return INFINITY;
-    return input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
+    return input.reference().error_of(*mesh, {kSamples, 1, kVertexStride}).rms;
 }
 
 /// The share of a chunk's bytes from which on no beginning is worse than none of the chunk: 0 for all of them, else the
 /// second of kShares of which that is so, as it was seen at these alone; 1 where there are not two.
-double least_share(const EncoderInput& input, ByteSpan file, const ChunkEntry& chunk, unsigned threads) {
+double least_share(const EncoderInput& input, ByteSpan file, const ChunkEntry& chunk) {
     const auto error_with = [&](double share) {
-        return error_of(input, file.first(chunk.offset + static_cast<std::size_t>(share * chunk.length)), threads);
+        return error_of(input, file.first(chunk.offset + static_cast<std::size_t>(share * chunk.length)));
     };
     const double most = kWorse * error_with(0);
     std::size_t good = kShares.size();
@@ -62,11 +64,18 @@ void say_least_bytes(const EncoderInput& input, ByteSpan file, std::vector<Plann
     const std::uint64_t vertices = vertices_of(header);
     const auto first_chunks = static_cast<std::size_t>(std::ranges::count_if(plan, starts_details));
     if (vertices * first_chunks * kShares.size() > kMostWork) return;
-    for (std::size_t i = 0; i < plan.size(); ++i) {
-        if (!starts_details(plan[i])) continue;
-        const double share = least_share(input, file, toc.chunks[i], threads);
-        const auto bytes = static_cast<std::size_t>(share * toc.chunks[i].length);
-        if (share > 0) say(bytes, plan[i]);
+    std::vector<std::size_t> firsts;
+    for (std::size_t i = 0; i < plan.size(); ++i)
+        if (starts_details(plan[i])) firsts.push_back(i);
+    std::vector<double> shares(firsts.size());
+    std::atomic<std::size_t> next = 0;
+    parallel_slices(threads, threads, [&](std::size_t, std::size_t) {
+        for (std::size_t at = next++; at < firsts.size(); at = next++)
+            shares[at] = least_share(input, file, toc.chunks[firsts[at]]);
+    });
+    for (std::size_t at = 0; at < firsts.size(); ++at) {
+        const auto bytes = static_cast<std::size_t>(shares[at] * toc.chunks[firsts[at]].length);
+        if (shares[at] > 0) say(bytes, plan[firsts[at]]);
     }
 }
 

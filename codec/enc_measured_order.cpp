@@ -7,6 +7,7 @@
 #include "codec/container/crc32c.h"
 #include "codec/decoder.h"
 #include "codec/enc_errors.h"
+#include "codec/remesh/parallel.h"
 
 namespace mvw {
 
@@ -15,7 +16,8 @@ namespace {
 constexpr std::uint32_t kSamples = 10'000, kVertexStride = 30;
 constexpr double kLeastError = 1e-15;  // mean squared, that is measured
 constexpr unsigned kMostRounds = 4;
-constexpr double kLeastBetter = 0.01;          // dB in the mean, of a round worth another
+constexpr double kLeastBetter = 0.01;          // dB in the mean, for which the order changes, ...
+constexpr double kWorthAnother = 0.2;          // ... and after which another round is likely to gain something
 constexpr double kLeastGain = 0.05;            // of its estimate, that a chunk keeps whatever is measured
 constexpr std::size_t kMostWork = 20'000'000;  // vertices measured in a round
 
@@ -25,24 +27,45 @@ struct Course {
     double score = 0;            // mean PSNR over the logarithm of the bytes, from the bases to the end
 };
 
-Course follow(const EncoderInput& input, ByteSpan file, const std::vector<PlannedChunk>& plan, unsigned threads) {
-    Course course;
+/// Whether a plan's chunk changes what its beginnings show: the last base, and geometry.
+bool is_measured(const std::vector<PlannedChunk>& plan, std::size_t i) {
+    const bool is_base = plan[i].id.channel == Channel::Base;
+    const bool last_base = is_base && (i + 1 == plan.size() || plan[i + 1].id.channel != Channel::Base);
+    return last_base || plan[i].id.channel == Channel::Geometry;
+}
+
+constexpr double kUnknown = -1;
+
+/// Decodes chunks [0, end) and sets the errors after those of [begin, end) that are measured.
+void measure(const EncoderInput& input, ByteSpan file, const std::vector<PlannedChunk>& plan, std::size_t begin,
+             std::size_t end, unsigned threads, std::vector<double>& errors) {
     Decoder decoder;
     (void)decoder.feed_header(file).ok();
+    for (std::size_t i = 0; i < end; ++i) {
+        (void)decoder.feed_chunk(plan[i].id, plan[i].payload, crc32c(plan[i].payload)).ok();
+        if (i < begin || !is_measured(plan, i)) continue;
+        const Result<Mesh> mesh = decoder.mesh();
+        if (!mesh.ok() || !measurable(*mesh)) continue;
+        const double rms = input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
+        errors[i] = std::max(rms * rms, kLeastError);
+    }
+}
+
+Course follow(const EncoderInput& input, ByteSpan file, const std::vector<PlannedChunk>& plan, unsigned threads) {
+    Course course;
+    course.errors.assign(plan.size(), kUnknown);
+    // Two decoders keep two threads busier than one decoder and its measurements do.
+    const std::size_t middle = plan.size() / 2;
+    side_by_side(
+        threads,  //
+        [&](unsigned share) { measure(input, file, plan, 0, middle, share, course.errors); },
+        [&](unsigned share) { measure(input, file, plan, middle, plan.size(), share, course.errors); });
     double bytes = 0, error = 1, sum = 0, weight = 0;
     for (std::size_t i = 0; i < plan.size(); ++i) {
-        const PlannedChunk& chunk = plan[i];
-        (void)decoder.feed_chunk(chunk.id, chunk.payload, crc32c(chunk.payload)).ok();
-        const double bytes_before = std::exchange(bytes, bytes + double(chunk.payload.size())), error_before = error;
-        const bool is_base = chunk.id.channel == Channel::Base;
-        const bool last_base = is_base && (i + 1 == plan.size() || plan[i + 1].id.channel != Channel::Base);
-        if (last_base || chunk.id.channel == Channel::Geometry)
-            if (const Result<Mesh> mesh = decoder.mesh(); mesh.ok() && measurable(*mesh)) {
-                const double rms = input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
-                error = std::max(rms * rms, kLeastError);
-            }
-        course.errors.push_back(error);
-        if (is_base) continue;
+        const double bytes_before = std::exchange(bytes, bytes + double(plan[i].payload.size())), error_before = error;
+        if (course.errors[i] != kUnknown) error = course.errors[i];
+        course.errors[i] = error;
+        if (plan[i].id.channel == Channel::Base) continue;
         const double width = std::log(bytes / bytes_before);
         sum -= 5 * (std::log10(error_before) + std::log10(error)) * width;
         weight += width;
@@ -79,8 +102,10 @@ void order_by_measure(const EncoderInput& input, ByteSpan file, std::vector<Plan
         sort_chunks(other);
         Course now = follow(input, file, other, options.threads);
         if (now.score < course.score + kLeastBetter) return;
+        const bool worth_another = now.score >= course.score + kWorthAnother;
         plan = std::move(other);
         course = std::move(now);
+        if (!worth_another) return;
     }
 }
 
