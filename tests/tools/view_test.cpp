@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -5,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "codec/mesh/io/mesh_io.h"
@@ -155,6 +157,61 @@ TEST(ViewCommand, AWindowShowsTheModelAndItsControls) {
         if (std::getenv("MVW_UPDATE_PICTURES") != nullptr)
             std::filesystem::copy_file(folder / "a.png", reference, std::filesystem::copy_options::overwrite_existing);
         EXPECT_LT(differing(now, read_pixels(reference, 640, 420)), now.size() * 3 / 100) << reference;
+    }
+}
+
+/// A square of backs, with fronts behind it: 0.2 % of the diagonal away on the left, 2 % on the right.
+std::string backs_before_fronts() {
+    std::string obj;
+    unsigned vertices = 0;
+    const auto add_square = [&](double from_x, double to_x, double z, bool front) {
+        for (const auto& [x, y] : {std::pair{from_x, -0.5}, {to_x, -0.5}, {to_x, 0.5}, {from_x, 0.5}})
+            obj += fmt::format("v {} {} {}\n", x, y, z);
+        const unsigned a = vertices + 1, b = a + 1, c = a + 2, d = a + 3;
+        obj += front ? fmt::format("f {} {} {} {}\n", a, b, c, d) : fmt::format("f {} {} {} {}\n", d, c, b, a);
+        vertices += 4;
+    };
+    const double diagonal = std::sqrt(2.0);
+    add_square(-0.5, 0.5, 0, false);
+    add_square(-0.5, 0, -0.002 * diagonal, true);
+    add_square(0, 0.5, -0.02 * diagonal, true);
+    return obj;
+}
+
+/// Pixels that are redder than anything but backs.
+std::size_t red_pixels(const Pixels& picture) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i + 2 < picture.size(); i += 3)
+        count += picture[i] > 80 && 5 * picture[i] > 7 * picture[i + 1] && 5 * picture[i] > 7 * picture[i + 2];
+    return count;
+}
+
+TEST(ViewCommand, BacksAreSeenUnlessAFrontIsCloseBehindThem) {
+    const VirtualDisplay display;
+    const ScratchFolder folder;
+    write_text(folder / "a.obj", backs_before_fronts());
+    ASSERT_EQ(run_mvw({"encode", folder / "a.obj", folder / "a.mvw"}).exit_code, 0);
+    for (const bool window : {false, true}) {
+        std::vector<std::string> arguments{
+            "view", folder / "a.mvw", "--screenshot", folder / "a.png", "--size", "640x420", "--yaw", "0", "--pitch",
+            "0"};
+        if (window) arguments.emplace_back("--controls");
+        ASSERT_EQ(run_mvw(arguments).exit_code, 0);
+        const Pixels picture = read_pixels(folder / "a.png", 640, 420);
+        ASSERT_FALSE(picture.empty());
+        Pixels left, right;  // of the middle of the square, which lies in the middle of what the controls leave free
+        const int middle = window ? 480 : 320;
+        for (int y = 150; y < 270; ++y)
+            for (int x = -60; x < 60; ++x) {
+                const std::size_t at =
+                    3 * (std::size_t{640} * static_cast<std::size_t>(y) + static_cast<std::size_t>(middle + x));
+                if (std::abs(x) < 4) continue;
+                Pixels& side = x < 0 ? left : right;
+                side.insert(side.end(), picture.begin() + static_cast<std::ptrdiff_t>(at),
+                            picture.begin() + static_cast<std::ptrdiff_t>(at + 3));
+            }
+        EXPECT_EQ(red_pixels(left), 0u) << (window ? "window" : "picture");
+        EXPECT_EQ(red_pixels(right), right.size() / 3) << (window ? "window" : "picture");
     }
 }
 

@@ -56,6 +56,26 @@ export function makePainted() {
   return other;
 }
 
+/** A folder with a square of backs and fronts behind it: 0.2 % of the diagonal away on the left, 2 % on the right. */
+export function makeBacks() {
+  const other = path.join(folder, '.backs');
+  mkdirSync(other);
+  const lines = [];
+  const add = (from, to, z, front) => {
+    const first = lines.filter((line) => line[0] === 'v').length + 1;
+    for (const [x, y] of [[from, -0.5], [to, -0.5], [to, 0.5], [from, 0.5]]) lines.push(`v ${x} ${y} ${z}`);
+    const corners = [first, first + 1, first + 2, first + 3];
+    lines.push(`f ${(front ? corners : corners.reverse()).join(' ')}`);
+  };
+  add(-0.5, 0.5, 0, false);
+  add(-0.5, 0, -0.002 * Math.SQRT2, true);
+  add(0, 0.5, -0.02 * Math.SQRT2, true);
+  writeFileSync(path.join(other, 'backs.obj'), lines.join('\n'));
+  const made = spawnSync(program, ['encode', path.join(other, 'backs.obj'), path.join(other, 'backs.mvw')]);
+  if (made.status !== 0) throw new Error(String(made.stderr));
+  return other;
+}
+
 /** A file of keys for `mvw serve --tokens`, and a token of it that opens one model. */
 export function makeToken(model) {
   const keys = path.join(folder, 'keys');

@@ -1,7 +1,7 @@
 // The page that `mvw serve` offers at /, used as a person would.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
-import { changes, complete, eventually, figure, isAgain, launch, looksLike, makeModels, makePainted, makeToken, openTab, Server, settle, stagePixels } from './browser.mjs';
+import { changes, complete, eventually, figure, isAgain, launch, looksLike, makeBacks, makeModels, makePainted, makeToken, openTab, Server, settle, stagePixels } from './browser.mjs';
 
 const size = makeModels();
 const server = new Server();
@@ -144,6 +144,25 @@ test('the plot goes back to any number of bytes, by pointer and by key', async (
   await tab.focus('#plot');
   await tab.keyboard.press('End');
   await tab.waitForFunction((before) => parseFloat(document.querySelector('[data-stat="Error"] dd').innerText) === before, error);
+});
+
+test('backs are seen unless a front is close behind them', async () => {
+  const other = await new Server(makeBacks()).start();
+  try {
+    await tab.goto(`${other.url}#backs`);
+    await complete(tab);
+    const pixels = await stagePixels(tab);
+    let [backs, fronts] = [0, 0];
+    for (let i = 0; i < pixels.length; i += 4) {
+      const [r, g, b] = pixels.subarray(i, i + 3);
+      if (r > 80 && r > 1.4 * g && r > 1.4 * b) backs++;
+      else if (r > 100 && r > b) fronts++;
+    }
+    assert.ok(backs + fronts > 0.1 * (pixels.length / 4), `${backs} and ${fronts} pixels`);
+    assert.ok(Math.abs(backs - fronts) < 0.1 * (backs + fronts), `${backs} and ${fronts} pixels`);
+  } finally {
+    await other.kill();
+  }
 });
 
 test('wireframe, base edges and flat shading show, by button and by key', async () => {
