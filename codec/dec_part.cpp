@@ -13,13 +13,20 @@ namespace mvw {
 
 namespace {
 
-/// What a vertex costs while its part is decoded: planes, neighbours, coefficients, grids, the mesh handed out.
+/// What a vertex costs while its part is decoded: planes (packed ones may wait, kMostQueued), neighbours, coefficients,
+/// grids, the mesh handed out.
 constexpr std::uint64_t kBytesPerVertex = 192;
 /// What an attribute adds to that.
 constexpr std::uint64_t kBytesPerAttribute = 96;
 constexpr std::uint64_t kBytesPerBaseFace = 160;  // while its mesh is decoded: faces, edges, their map, border
 /// What a block costs besides: its adaptive state.
 constexpr std::uint64_t kBytesPerBlock = 8192;
+
+/// Bytes of the fast profile's planes that wait for a mesh to be asked for, for each vertex: frames of few bytes may
+/// hold many.
+constexpr std::uint64_t kMostQueued = 24;
+
+constexpr std::array<float, kMaxComponents> kOnes{1, 1, 1, 1};
 
 /// Vertices from which on a synthesis gains by threads.
 constexpr std::size_t kWorthThreads = 200'000;
@@ -194,6 +201,7 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     }
     place->plane = *lowest;
     place->cut = !whole;
+    if (fast) queued_bytes_ += queued.planes.size();
     queue_.emplace(id, std::move(queued));
     if (const std::size_t kind = *kind_of(id.channel); kind > 0) {
         attributes_[kind - 1].ensure(vertex_count(id.level), vertex_count(0));
@@ -201,6 +209,7 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
         ensure_coefficients(id.level);
         mark_changed(id);
     }
+    if (queued_bytes_ > kMostQueued * vertex_count(finest_)) settle();
     return {};
 }
 
@@ -269,10 +278,11 @@ void PartDecoder::settle(unsigned level) {
     else
         workers_.run(work);
     queue_.clear();
+    queued_bytes_ = 0;
 }
 
 void PartDecoder::settle_tile(std::uint32_t tile) {
-    visit_queue(tile, [&](const ChunkId& id, const Queued& queued) { decode_planes(id, queued); });
+    visit_queue(tile, [&](const ChunkId& id, Queued& queued) { decode_planes(id, queued); });
     visit_queue(tile, [&](const ChunkId& id, const Queued&) {
         Block& here = *block(id, id.level);
         if (!here.changed) return;
@@ -282,13 +292,14 @@ void PartDecoder::settle_tile(std::uint32_t tile) {
     });
 }
 
-void PartDecoder::decode_planes(const ChunkId& id, const Queued& queued) {
+void PartDecoder::decode_planes(const ChunkId& id, Queued& queued) {
     Block& here = *block(id, id.level);
     here.changed = true;
     const unsigned low = lowest_plane_of(id);
     if (base_->params.fast) {
         const auto size = static_cast<std::size_t>(block_size(tiling(id.level).tiles[id.tile], id.level));
         (void)here.decoder.unpack(size, queued.top, low, queued.planes).ok();
+        queued.planes = {};  // memory
         return;
     }
     if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
@@ -327,12 +338,6 @@ void PartDecoder::ensure_coefficients(unsigned level) {
     if (base_->params.lossless && integers_.size() < V) integers_.resize(V);
 }
 
-namespace {
-
-constexpr std::array<float, kMaxComponents> kOnes{1, 1, 1, 1};
-
-}  // namespace
-
 /// Of one block: tiles do this side by side.
 void PartDecoder::store_values(const ChunkId& id, const Block& block) {
     const BlockDecoder& from = block.decoder;
@@ -341,6 +346,7 @@ void PartDecoder::store_values(const ChunkId& id, const Block& block) {
     if (base_->params.lossless) return store_integers(id, from);
     const float reconstruction = base_->params.reconstruction_point();
     std::size_t place = 0;
+    // A run lies along one edge or inside one face, so it has the same steps all along.
     for (const BlockRun& run : block_runs(base_->mesh, tiling(id.level).tiles[id.tile], id.level)) {
         const Vec3f steps = units_.steps(id.level, run.vertex);
         Vec3f* const to = &coefficients_[run.vertex];

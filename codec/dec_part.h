@@ -68,7 +68,7 @@ class PartDecoder {
         unsigned top;  // plane
         Bytes planes;  // down to the chunk's lowest: as they came, of the fast profile without zstd's frame
     };
-    void decode_planes(const ChunkId& id, const Queued& queued);
+    void decode_planes(const ChunkId& id, Queued& queued);
     template <typename Visit>
     void visit_queue(std::uint32_t tile, Visit visit);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
@@ -127,6 +127,7 @@ class PartDecoder {
     // Chunks by channel (in the place of the part), tile, level, layer: to be decoded, the last of a block maybe a
     // beginning; waiting for others.
     std::map<ChunkId, Queued> queue_;
+    std::uint64_t queued_bytes_ = 0;  // of the fast profile's planes
     std::map<ChunkId, Bytes> waiting_;
     std::shared_ptr<TransformTables> tables_, attribute_tables_;
     std::unique_ptr<PatchTransform> transform_, attribute_transform_;

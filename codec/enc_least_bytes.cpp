@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 
 #include "codec/container/toc.h"
@@ -68,11 +67,8 @@ void say_least_bytes(const EncoderInput& input, ByteSpan file, std::vector<Plann
     for (std::size_t i = 0; i < plan.size(); ++i)
         if (starts_details(plan[i])) firsts.push_back(i);
     std::vector<double> shares(firsts.size());
-    std::atomic<std::size_t> next = 0;
-    parallel_slices(threads, threads, [&](std::size_t, std::size_t) {
-        for (std::size_t at = next++; at < firsts.size(); at = next++)
-            shares[at] = least_share(input, file, toc.chunks[firsts[at]]);
-    });
+    for_each_index(firsts.size(), threads,
+                   [&](std::size_t at) { shares[at] = least_share(input, file, toc.chunks[firsts[at]]); });
     for (std::size_t at = 0; at < firsts.size(); ++at) {
         const auto bytes = static_cast<std::size_t>(shares[at] * toc.chunks[firsts[at]].length);
         if (shares[at] > 0) say(bytes, plan[firsts[at]]);

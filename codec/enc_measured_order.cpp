@@ -54,8 +54,9 @@ void measure(const EncoderInput& input, ByteSpan file, const std::vector<Planned
 Course follow(const EncoderInput& input, ByteSpan file, const std::vector<PlannedChunk>& plan, unsigned threads) {
     Course course;
     course.errors.assign(plan.size(), kUnknown);
-    // Two decoders keep two threads busier than one decoder and its measurements do.
-    const std::size_t middle = plan.size() / 2;
+    // Two decoders keep two threads busier than one decoder and its measurements do. Each measurement is of all
+    // vertices.
+    const std::size_t middle = threads < 2 ? plan.size() : plan.size() / 2;
     side_by_side(
         threads,  //
         [&](unsigned share) { measure(input, file, plan, 0, middle, share, course.errors); },

@@ -53,6 +53,7 @@ Error out_of_turn(unsigned plane) {
 // Four components at once, in the vectors that gcc and clang have for every machine.
 using FourEntries = std::uint32_t __attribute__((vector_size(16)));
 using FourFloats = float __attribute__((vector_size(16)));
+static_assert(sizeof(EntryRow) == sizeof(FourEntries) && kMaxComponents == 4);
 
 /// sign * (magnitude + middle) * scale, or zero.
 FourFloats value_of(FourEntries entries, FourFloats middle, FourFloats scale) {
@@ -65,7 +66,8 @@ FourFloats value_of(FourEntries entries, FourFloats middle, FourFloats scale) {
 /// The same of one; no branch hangs on the entry.
 float value_of(std::uint32_t entry, float middle, float scale) {
     const float value = (static_cast<float>(static_cast<std::int32_t>(magnitude_of(entry))) + middle) * scale;
-    return std::bit_cast<float>((std::bit_cast<std::uint32_t>(value) ^ (entry << 31)) & (0u - std::uint32_t{entry != 0}));
+    return std::bit_cast<float>((std::bit_cast<std::uint32_t>(value) ^ (entry << 31)) &
+                                (0u - std::uint32_t{entry != 0}));
 }
 
 /// The fast profile's. kCount: the components where that is known beforehand, else 0.
@@ -75,8 +77,7 @@ void values_of(std::span<const std::uint32_t> entries, std::size_t size, std::si
     const std::size_t count = kCount == 0 ? scale.size() : kCount, wanted = out.size() / count;
     const std::uint32_t* const from = entries.data() + first;
     for (std::size_t i = 0; i < wanted; ++i)
-        for (std::size_t c = 0; c < count; ++c)
-            out[i * count + c] = value_of(from[c * size + i], middle, scale[c]);
+        for (std::size_t c = 0; c < count; ++c) out[i * count + c] = value_of(from[c * size + i], middle, scale[c]);
 }
 
 }  // namespace
@@ -87,7 +88,7 @@ bool BlockDecoder::follows(unsigned plane) const {
 
 Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDecoder* parent, unsigned plane,
                                         ByteSpan bytes, bool whole) {
-    if (!follows(plane)) return out_of_turn(plane);
+    if (!follows(plane) || !unpacked_.empty()) return out_of_turn(plane);
     if (!started()) {
         size_ = shape.size();
         progress_ = std::make_unique<BlockProgress>(size_, components_);
@@ -95,14 +96,16 @@ Result<void> BlockDecoder::decode_plane(const BlockShape& shape, const BlockDeco
     }
     plane_ = plane;
     std::span<const EntryRow> above;
-    if (parent != nullptr && parent->started()) above = parent->progress_->rows;
+    if (parent != nullptr && parent->progress_) above = parent->progress_->rows;
     complete_ = whole ? decode_whole(shape, above, plane, bytes, *progress_)
                       : decode<true>(shape, above, plane, bytes, *progress_);
     return {};
 }
 
 Result<void> BlockDecoder::unpack(std::size_t size, unsigned top, unsigned low, ByteSpan raw) {
-    if (!follows(top) || low > top) return out_of_turn(top);
+    if (!follows(top) || low > top || progress_) return out_of_turn(top);
+    if (raw.size() != size * components_ * packed_width(top, low))
+        return Error{Errc::Malformed, 0, "packed planes are not of the block's size"};
     size_ = size;
     complete_ = size * components_;
     plane_ = low;
@@ -114,7 +117,7 @@ Result<void> BlockDecoder::unpack(std::size_t size, unsigned top, unsigned low, 
 void BlockDecoder::values(float reconstruction, std::span<const float> scale, std::size_t first,
                           std::span<float> out) const {
     if (!started()) return std::fill(out.begin(), out.end(), 0.0f);
-    assert(scale.size() == components_ && first + out.size() / components_ <= size_);
+    assert(scale.size() == components_ && out.size() % components_ == 0 && first + out.size() / components_ <= size_);
     const float here = std::ldexp(reconstruction, static_cast<int>(plane_)), behind = 2 * here;
     if (!progress_ && components_ == 3 && !kSmall) return values_of<3>(unpacked_, size_, first, here, scale, out);
     if (!progress_) return values_of<0>(unpacked_, size_, first, here, scale, out);

@@ -28,7 +28,8 @@ class BlockDecoder {
                               bool whole);
 
     /// The fast profile's way to the planes from `top`, the next one down (or the first), to `low`. size: the block's.
-    /// raw: what unzip_planes() gave for as many entries. Malformed as for decode_plane().
+    /// raw: what unzip_planes() gave for as many entries. Malformed as for decode_plane(), where raw is of another size,
+    /// and where planes came the other way before.
     Result<void> unpack(std::size_t size, unsigned top, unsigned low, ByteSpan raw);
 
     [[nodiscard]] unsigned components() const { return components_; }

@@ -15,7 +15,8 @@ struct FreeContext {
 
 /// Blocks are small and many: a context of their own would cost each more than its bytes.
 ZSTD_DCtx* this_threads_context() {
-    thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
+    thread_local std::unique_ptr<ZSTD_DCtx, FreeContext> context;
+    if (!context) context.reset(ZSTD_createDCtx());
     return context.get();
 }
 

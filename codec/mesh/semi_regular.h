@@ -105,7 +105,7 @@ std::uint32_t edge_vertex_index(const BaseMesh& base, const BaseEdge& edge, unsi
 
 /// Place of grid point (i, k) among all (n+1)(n+2)/2 of a face, rows of rising i.
 constexpr std::size_t patch_place(std::uint32_t n, std::uint32_t i, std::uint32_t k) {
-    return std::size_t{i} * (n + 1) - std::size_t{i} * (i - (i > 0)) / 2 + k;
+    return std::size_t{i} * (2 * n + 3 - i) / 2 + k;
 }
 /// Indices of all grid points of face f at level j, as patch_place() places them. `out` is resized.
 void patch_vertices(const BaseMesh& base, std::uint32_t f, unsigned level, std::vector<std::uint32_t>& out);

@@ -1,6 +1,7 @@
 // Splits work over a few threads.
 #pragma once
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <future>
 #include <thread>
@@ -16,6 +17,18 @@ void parallel_slices(std::size_t n, unsigned threads, const Work& work) {
     for (std::size_t begin = slice; begin < n; begin += slice)
         workers.emplace_back([&work, begin, slice, n] { work(begin, std::min(n, begin + slice)); });
     work(std::size_t{0}, std::min(slice, n));
+}
+
+/// Calls work(i) for each i of [0, n), in rising order as threads become free; returns when all are done.
+template <typename Work>
+void for_each_index(std::size_t n, unsigned threads, const Work& work) {
+    std::atomic<std::size_t> next{0};
+    const auto serve = [&] {
+        for (std::size_t i = next++; i < n; i = next++) work(i);
+    };
+    std::vector<std::jthread> helpers;
+    for (unsigned t = 1; t < threads && t < n; ++t) helpers.emplace_back(serve);
+    serve();
 }
 
 /// Calls a(threads) and b(threads): with two threads or more at the same time, each with its share of them.

@@ -49,7 +49,6 @@ std::vector<Tap> taps_of(const LatticeMasks& m) {
 class Table {
  public:
     explicit Table(int radius) : radius_(radius), width_(2 * radius + 1), data_(std::size_t(width_) * width_) {}
-    [[nodiscard]] int radius() const { return radius_; }
     Matrix& at(Offset a) { return data_[std::size_t(a.i + radius_) * width_ + std::size_t(a.k + radius_)]; }
     [[nodiscard]] Matrix get(Offset a) const {
         if (std::abs(a.i) > radius_ || std::abs(a.k) > radius_) return {};

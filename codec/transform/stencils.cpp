@@ -30,6 +30,10 @@ void add_four_points(const Level& level, const TenPoints& p, std::vector<Term>& 
         }
 }
 
+/// Ends of more edges take no part of Zorin's rule: with one spoke for each of its terms, a base's one hub would take
+/// memory and time by the square of its valence.
+constexpr std::uint32_t kMostOfZorin = 32;
+
 /// Zorin's rule around one irregular end v with neighbours e_0 (the edge's other end), e_1 ... in turn.
 void add_zorin(const Level& level, std::uint32_t half, double scale, std::vector<Term>& out) {
     const std::uint32_t v = level.from(half);
@@ -49,6 +53,8 @@ void add_irregular(const Level& level, std::uint32_t edge, const TenPoints& p, P
                    std::vector<Term>& out) {
     if (rule == PredictRule::Butterfly) {
         const std::uint32_t h = level.edges[edge].half;
+        if (level.valence[p.ends[0]] > kMostOfZorin || level.valence[p.ends[1]] > kMostOfZorin)
+            return add(out, p.ends, 1.0 / 2);
         const bool first = !level.regular(p.ends[0]), second = !level.regular(p.ends[1]);
         const double scale = first && second ? 0.5 : 1.0;
         if (first) add_zorin(level, h, scale, out);

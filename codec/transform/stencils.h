@@ -43,7 +43,8 @@ struct Term {
 /// P(e) as a sum of terms (a vertex may repeat), appended to `out`:
 ///   sharp edge              1/2 each end; Butterfly, Seeded*: the 4-point rule along the curve, where it goes on
 ///   an end is sharp         1/2 each end; Seeded*: plus x of the end that is not
-///   an end is irregular     31s/72 ends + (1/2 - 31s/72) opp; Seeded*: plus 1/4 of the four x; Butterfly: Zorin's
+///   an end is irregular     31s/72 ends + (1/2 - 31s/72) opp; Seeded*: plus 1/4 of the four x; Butterfly: Zorin's,
+///                           where an end has more than 32 edges 1/2 each end
 ///   ordinary                the ten points
 /// Loop has two cases: sharp 1/2 each end, else 3/8 and 1/8.
 void predict_terms(const Level& level, std::uint32_t edge, PredictRule rule, double s, std::vector<Term>& out);

@@ -126,6 +126,55 @@ TEST(EncodeParts, DamagedPackedPlanesAreNamedAndSkipped) {
     }
 }
 
+TEST(EncodeParts, PackedPlanesTakenTogetherEqualThoseTakenOneAtATime) {
+    EncodeOptions options;
+    options.profile = Profile::Fast;
+    options.target_error = 1e-7;  // many planes: more of them than may wait for a mesh
+    options.tile_count = 4;
+    const Bytes file = encode_parts({bumpy_ball(4)}, options).file;
+    const Toc toc = toc_of(file);
+    const auto feed = [&](Decoder& decoder, const ChunkEntry& c) {
+        EXPECT_TRUE(decoder.feed_chunk(c.id, payload_of(file, c), c.crc32c).ok());
+    };
+    Decoder one_at_a_time;
+    ASSERT_TRUE(one_at_a_time.feed_header(file).ok());
+    for (const ChunkEntry& c : toc.chunks) {
+        feed(one_at_a_time, c);
+        if (c.id.channel == Channel::Base) continue;
+        ASSERT_TRUE(one_at_a_time.mesh().ok());
+    }
+    for (const unsigned threads : {1u, 3u}) {
+        Decoder together({}, threads);
+        ASSERT_TRUE(together.feed_header(file).ok());
+        for (const ChunkEntry& c : toc.chunks) feed(together, c);
+        EXPECT_EQ(together.mesh()->positions, one_at_a_time.mesh()->positions) << threads;
+        EXPECT_EQ(together.coefficient_digest(), one_at_a_time.coefficient_digest()) << threads;
+    }
+}
+
+TEST(EncodeParts, ADamagedChunkOfPackedPlanesLeavesRoomForTheGoodOne) {
+    EncodeOptions options;
+    options.profile = Profile::Fast;
+    options.target_error = 1e-3;
+    const Bytes file = encode_parts({bumpy_ball(3)}, options).file;
+    const Toc toc = toc_of(file);
+    Decoder good, hit;
+    ASSERT_TRUE(good.feed_header(file).ok());
+    ASSERT_TRUE(hit.feed_header(file).ok());
+    for (const ChunkEntry& c : toc.chunks) {
+        const ByteSpan payload = payload_of(file, c);
+        if (c.id.channel != Channel::Base)
+            for (const std::size_t length : {payload.size() / 2, payload.size() - 1}) {
+                const ByteSpan cut = payload.first(length);
+                EXPECT_FALSE(hit.feed_chunk(c.id, cut, crc32c(cut)).ok() && hit.state().damaged == 0);
+            }
+        ASSERT_TRUE(good.feed_chunk(c.id, payload, c.crc32c).ok());
+        ASSERT_TRUE(hit.feed_chunk(c.id, payload, c.crc32c).ok());
+    }
+    EXPECT_GT(hit.state().damaged, 0u);
+    EXPECT_EQ(hit.coefficient_digest(), good.coefficient_digest());
+}
+
 TEST(EncodeParts, TransformParametersTravelWithTheFile) {
     EncodeOptions options;
     options.transform = {TransformKind::Interp, 1.0, true, 4, false};

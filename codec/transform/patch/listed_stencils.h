@@ -99,7 +99,8 @@ class CarriedStencils {
     std::vector<std::uint8_t> sharp_;  // of each base edge
     TransformOptions options_;
     std::vector<Fan> fans_;
-    // By the numbers of spokes of closed fans: to an irregular vertex, and to a regular one.
+    // By the numbers of spokes of closed fans: to an irregular vertex, and to a regular one. All of them are there from
+    // the beginning, so several threads may look for one.
     mutable std::map<std::size_t, std::array<Spoke, 2>> spokes_;
     std::vector<std::size_t> kind_of_fan_;  // of kinds_; both empty before a level from kFanLevel on was asked for
     std::vector<ListedStencils> kinds_;

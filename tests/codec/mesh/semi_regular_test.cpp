@@ -18,6 +18,10 @@ TEST(SemiRegular, EveryLevelNumbersItsVerticesOnceAndKeepsThoseBelow) {
         std::vector<std::uint32_t> patch;
         for (std::uint32_t f = 0; f < base.face_count(); ++f) {
             patch_vertices(base, f, level, patch);
+            const std::uint32_t n = 1u << level;
+            for (std::uint32_t i = 0; i <= n; ++i)
+                for (std::uint32_t k = 0; i + k <= n; ++k)
+                    ASSERT_EQ(patch[patch_place(n, i, k)], vertex_index(base, f, level, i, k)) << level;
             seen.insert(patch.begin(), patch.end());
         }
         EXPECT_EQ(seen.size(), vertices_at_level(base, level));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "codec/transform/transform.h"
 #include "tests/codec/transform/bases.h"
 
 namespace mvw {
@@ -143,9 +144,9 @@ std::vector<double> response_of(const Level& level, PredictRule rule, std::uint3
 
 // A rim edge has both hubs in its template, a spoke one; by Zorin's rule the rim sees all of a hub's ring.
 TEST(DiscreteLifting, WaveletsBesideHubsAreOrthogonalToTheTemplate) {
-    const BaseMesh base = bipyramid(300);
-    for (const PredictRule rule : {PredictRule::Interp, PredictRule::Butterfly})
+    for (const auto& [rule, spokes] : {std::pair{PredictRule::Interp, 300u}, {PredictRule::Butterfly, 32u}})
         for (const unsigned j : {0u, 1u}) {
+            const BaseMesh base = bipyramid(spokes);
             const Level level = make_level(base, j, {});
             const DiscreteLifting lifting(level, rule, 1);
             const auto point = [&](std::uint32_t i) { return vertex_index(base, 2 * i, j, 0, 1); };  // next to vertex 0
@@ -175,9 +176,36 @@ TEST(DiscreteLifting, TakesHubsOfAThousandSpokes) {
     for (const PredictRule rule : {PredictRule::Interp, PredictRule::Loop, PredictRule::Butterfly}) {
         const DiscreteLifting lifting(level, rule, 1);
         std::vector<LiftTerm> terms;
-        for (std::uint32_t e = 0; e < level.edges.size(); e += rule == PredictRule::Butterfly ? 100 : 1)
-            lifting.weights(e, false, terms);
+        for (std::uint32_t e = 0; e < level.edges.size(); ++e) lifting.weights(e, false, terms);
         EXPECT_TRUE(std::ranges::all_of(terms, [](const LiftTerm& t) { return std::isfinite(t.weight); }));
+    }
+}
+
+TEST(PredictTerms, ButterflySumsToOneAndTakesTheMidpointAtHubs) {
+    for (const std::uint32_t spokes : {5u, 32u, 33u, 1000u}) {
+        const Level level = make_level(bipyramid(spokes), 0, {});
+        for (std::uint32_t e = 0; e < level.edges.size(); ++e) {
+            std::vector<Term> terms;
+            predict_terms(level, e, PredictRule::Butterfly, 1, terms);
+            double sum = 0;
+            for (const Term& t : terms) sum += t.position;
+            ASSERT_NEAR(sum, 1, 1e-12) << spokes << " spokes, edge " << e;
+            const std::uint32_t h = level.edges[e].half;
+            const bool at_hub = level.from(h) < 2 || level.to(h) < 2;
+            EXPECT_TRUE(!at_hub || (terms.size() == 2) == (spokes > 32)) << spokes << " spokes, edge " << e;
+        }
+    }
+}
+
+// Tables must be linear in the base, whatever its valences are.
+TEST(PredictTerms, HubsTakeMemoryInProportionToTheirSpokes) {
+    for (unsigned kind = 0; kind <= static_cast<unsigned>(TransformKind::SeededNormalLazy); ++kind) {
+        TransformOptions options;
+        options.kind = TransformKind{static_cast<std::uint8_t>(kind)};
+        const auto bytes = [&](std::uint32_t spokes) {
+            return double(PatchTransform(bipyramid(spokes), 3, options, {}, 1).memory_bytes());
+        };
+        EXPECT_LT(bytes(1600), 2.5 * bytes(800)) << kind;
     }
 }
 
