@@ -8,6 +8,7 @@
 #include "codec/container/crc32c.h"
 #include "codec/decoder.h"
 #include "codec/enc_base.h"
+#include "codec/entropy/packed_planes.h"
 #include "codec/measure/surface_error.h"
 #include "codec/part_units.h"
 #include "codec/tiles.h"
@@ -149,6 +150,70 @@ TEST(EncodeParts, PackedPlanesTakenTogetherEqualThoseTakenOneAtATime) {
         for (const ChunkEntry& c : toc.chunks) feed(together, c);
         EXPECT_EQ(together.mesh()->positions, one_at_a_time.mesh()->positions) << threads;
         EXPECT_EQ(together.coefficient_digest(), one_at_a_time.coefficient_digest()) << threads;
+    }
+}
+
+/// The planes of a chunk of the fast profile, of so many coefficients, as chunks of one plane each.
+std::vector<std::pair<ChunkId, Bytes>> plane_by_plane(const ChunkId& id, ByteSpan payload, unsigned layers,
+                                                      std::size_t coefficients) {
+    ByteReader in(payload);
+    const GeometryFront front = read_geometry_front(in);
+    const unsigned low = layers - 1u - id.layer;
+    Bytes raw;
+    EXPECT_TRUE(unzip_planes(in.bytes(in.remaining()), 3 * coefficients, front.top_plane, low, raw));
+    std::vector<std::uint32_t> by_component(3 * coefficients);
+    unpack_planes(raw, front.top_plane, low, by_component);
+    std::vector<std::pair<ChunkId, Bytes>> chunks;
+    for (unsigned plane = front.top_plane + 1u; plane-- > low;) {
+        Entries entries(3 * coefficients);
+        for (std::size_t i = 0; i < coefficients; ++i)
+            for (std::size_t c = 0; c < 3; ++c) entries[3 * i + c] = by_component[c * coefficients + i];
+        GeometryFront one = front;
+        one.top_plane = plane;
+        one.starts = front.starts && plane == front.top_plane;
+        ByteWriter out;
+        write_geometry_front(out, one);
+        out.bytes(pack_planes(entries, 3, plane, plane));
+        ChunkId of_plane = id;
+        of_plane.layer = static_cast<std::uint8_t>(layers - 1u - plane);
+        chunks.emplace_back(of_plane, out.take());
+    }
+    return chunks;
+}
+
+// Plane by plane they take several times the bytes that may wait for a mesh.
+TEST(EncodeParts, PackedPlanesMayComeOneByOneAndMoreThanMayWait) {
+    EncodeOptions options;
+    options.profile = Profile::Fast;
+    options.target_error = 1e-7;
+    const Bytes file = encode_parts({bumpy_ball(4)}, options).file;
+    const Toc toc = toc_of(file);
+    ASSERT_EQ(toc.header.parts[0].tiles, 1u);
+    for (const unsigned threads : {1u, 2u}) {
+        Decoder whole, split({}, threads);
+        ASSERT_TRUE(whole.feed_header(file).ok());
+        ASSERT_TRUE(split.feed_header(file).ok());
+        std::size_t bytes = 0, vertices = 0;
+        for (const ChunkEntry& c : toc.chunks) {
+            const ByteSpan payload = payload_of(file, c);
+            ASSERT_TRUE(whole.feed_chunk(c.id, payload, c.crc32c).ok());
+            if (c.id.channel == Channel::Base) {
+                ASSERT_TRUE(split.feed_chunk(c.id, payload, c.crc32c).ok());
+                vertices = vertices_at_level(*whole.base(0), whole.finest_level(0));
+                continue;
+            }
+            const BaseMesh& base = *whole.base(0);
+            const std::uint64_t coefficients =
+                vertices_at_level(base, c.id.level) - (c.id.level > 0 ? vertices_at_level(base, c.id.level - 1u) : 0);
+            for (const auto& [id, bytes_of_one] : plane_by_plane(c.id, payload, toc.header.layers, coefficients)) {
+                ASSERT_TRUE(split.feed_chunk(id, bytes_of_one, crc32c(bytes_of_one)).ok());
+                bytes += 3 * coefficients;
+            }
+        }
+        EXPECT_GT(bytes, 30 * vertices);
+        EXPECT_EQ(split.state().waiting, 0u);
+        EXPECT_EQ(split.coefficient_digest(), whole.coefficient_digest());
+        EXPECT_EQ(split.mesh()->positions, whole.mesh()->positions);
     }
 }
 
