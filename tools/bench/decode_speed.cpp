@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "codec/decoder.h"
 #include "codec/enc_base.h"
@@ -26,17 +27,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-template <typename Work>
-double best_of_runs(const Work& work) {
-    double best = 1e300;
-    for (unsigned run = 0; run < kRuns; ++run) {
-        const auto start = Clock::now();
-        work();
-        best = std::min(best, seconds_since(start));
-    }
-    return best;
 }
 
 double psnr_of(const Mesh& input, const Mesh& mesh) {
@@ -66,43 +56,51 @@ std::vector<std::string> row(const std::string& model, const DecodeTime& t, doub
             fmt::format("{:.2f}", rate / draco_rate)};
 }
 
+Result<void> add_profile(const std::string& model, const Mesh& input, EncodeOptions encoding, Table& table) {
+    const Result<Encoded> coded = encode(input, encoding);
+    if (!coded.ok()) return Error{coded.error().code, 0, model + ": " + coded.error().message};
+    const bool fast = encoding.profile == Profile::Fast;
+    const std::string how = fast ? "mvw, fast" : "mvw";
+    const Bytes& file = coded->file;
+    const Mesh mesh = decode(file).value();
+    std::vector<Contender> contenders;
+    contenders.push_back(own_decoder(input, file, 1, how));
+    contenders.push_back(own_decoder(input, file, 2, how + ", 2 threads"));
+    contenders.push_back(draco_decoder(input, mesh, contenders[0].time.psnr));
+    time_in_turn(contenders);
+    const DecodeTime& draco = contenders.back().time;
+    const double rate = static_cast<double>(draco.vertices) / draco.seconds;
+    for (const std::size_t i : {2u, 0u, 1u}) table.rows.push_back(row(model, contenders[i].time, rate));
+    if (!fast) table.rows.push_back(row(model, time_chunk(file), rate));
+    return {};
+}
+
 Result<void> add_model(const std::string& path, const DecodeSpeedOptions& options, Table& table) {
     CleanReport report;
     Result<Mesh> read = read_mesh(path, report);
     if (!read.ok()) return read.error();
     const Mesh input = clean(std::move(*read), report);
-    const std::string model = std::filesystem::path(path).stem().string();
     EncodeOptions encoding;
     encoding.tile_count = options.tile_count;
-    const Result<Encoded> small = encode(input, encoding);
-    encoding.profile = Profile::Fast;
-    const Result<Encoded> fast = encode(input, encoding);
-    if (!small.ok() || !fast.ok()) return Error{Errc::InvalidArgument, 0, path + " cannot be encoded"};
-    const DecodeTime times[] = {time_decode(input, small->file, 1, "mvw"),
-                                time_decode(input, small->file, 2, "mvw, 2 threads"),
-                                time_decode(input, fast->file, 1, "mvw, fast"),
-                                time_decode(input, fast->file, 2, "mvw, fast, 2 threads"), time_chunk(small->file)};
-    const DecodeTime draco = time_draco(input, decode(small->file).value(), times[0].psnr);
-    const double rate = static_cast<double>(draco.vertices) / draco.seconds;
-    table.rows.push_back(row(model, draco, rate));
-    for (const DecodeTime& t : times) table.rows.push_back(row(model, t, rate));
+    for (const Profile profile : {Profile::Small, Profile::Fast}) {
+        encoding.profile = profile;
+        const std::string model = std::filesystem::path(path).stem().string();
+        if (const Result<void> r = add_profile(model, input, encoding, table); !r.ok()) return r;
+    }
     return {};
 }
 
 }  // namespace
 
-DecodeTime time_decode(const Mesh& input, ByteSpan file, unsigned threads, const std::string& how) {
-    DecodeTime out{how, file.size(), 0, 0, 0};
-    Mesh mesh;
-    out.seconds = best_of_runs([&] { mesh = decode(file, 255, {}, threads).value(); });
-    out.vertices = mesh.positions.size();
-    out.psnr = psnr_of(input, mesh);
-    return out;
+Contender own_decoder(const Mesh& input, ByteSpan file, unsigned threads, const std::string& how) {
+    const Mesh mesh = decode(file).value();
+    return {{how, file.size(), mesh.positions.size(), psnr_of(input, mesh), 0},
+            [file, threads] { (void)decode(file, 255, {}, threads).value(); }};
 }
 
-DecodeTime time_draco(const Mesh& input, const Mesh& mesh, double psnr) {
+Contender draco_decoder(const Mesh& input, const Mesh& mesh, double psnr) {
     const Box box = bounding_box(mesh);
-    DecodeTime out;
+    Contender out;
     for (unsigned bits = kFewestBits; bits <= kMostBits; ++bits) {
         std::vector<std::array<std::int32_t, 3>> grid;
         for (const Vec3& p : mesh.positions) {
@@ -115,13 +113,22 @@ DecodeTime time_draco(const Mesh& input, const Mesh& mesh, double psnr) {
         const auto V = static_cast<std::uint32_t>(grid.size()), F = static_cast<std::uint32_t>(mesh.faces.size());
         const Result<GridMesh> coded = read_draco(bytes, false, V, F);
         if (!coded.ok()) continue;
-        out = {fmt::format("Draco level 7, {} bits", bits), bytes.size(), coded->grid.size(),
-               psnr_of(input, placed(*coded, box, bits)), 0};
-        if (out.psnr < psnr - kSame && bits < kMostBits) continue;
-        out.seconds = best_of_runs([&] { (void)placed(read_draco(bytes, false, V, F).value(), box, bits); });
-        break;
+        out.time = {fmt::format("Draco level 7, {} bits", bits), bytes.size(), coded->grid.size(),
+                    psnr_of(input, placed(*coded, box, bits)), 0};
+        out.decode = [bytes, V, F, box, bits] { (void)placed(read_draco(bytes, false, V, F).value(), box, bits); };
+        if (out.time.psnr >= psnr - kSame) break;
     }
     return out;
+}
+
+void time_in_turn(std::span<Contender> contenders) {
+    for (Contender& c : contenders) c.time.seconds = std::numeric_limits<double>::infinity();
+    for (unsigned run = 0; run < kRuns; ++run)
+        for (Contender& c : contenders) {
+            const auto start = Clock::now();
+            c.decode();
+            c.time.seconds = std::min(c.time.seconds, seconds_since(start));
+        }
 }
 
 DecodeTime time_chunk(ByteSpan file) {

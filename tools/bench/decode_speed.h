@@ -1,8 +1,9 @@
-// How fast files decode on one thread and on two: output vertices a second of .mvw files of both profiles, against
+// How fast files decode on one thread and on two: output vertices a second of .mvw files of both profiles, each against
 // Draco's stream (level 7, one thread) of as many vertices that comes as near to the input; and what one more chunk
 // costs.
 #pragma once
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,10 +20,17 @@ struct DecodeTime {
     double psnr = 0, seconds = 0;
 };
 
+/// What is to be timed. Arguments of the makers must outlive it.
+struct Contender {
+    DecodeTime time;  // no seconds yet
+    std::function<void()> decode;
+};
 /// All of `file` from its bytes to a mesh.
-DecodeTime time_decode(const Mesh& input, ByteSpan file, unsigned threads, const std::string& how);
+Contender own_decoder(const Mesh& input, ByteSpan file, unsigned threads, const std::string& how);
 /// Draco's level 7 of `mesh` at the fewest bits that come within a twentieth of a decibel of `psnr`.
-DecodeTime time_draco(const Mesh& input, const Mesh& mesh, double psnr);
+Contender draco_decoder(const Mesh& input, const Mesh& mesh, double psnr);
+/// Each in turn, and again, so that all of them meet the machine's good and bad moments.
+void time_in_turn(std::span<Contender> contenders);
 /// Mean over the chunks of the finest level of a decoder that was shown a mesh before each: chunk in, mesh out.
 DecodeTime time_chunk(ByteSpan file);
 

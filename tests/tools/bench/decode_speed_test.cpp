@@ -13,8 +13,11 @@ TEST(DecodeSpeed, DracoIsGivenTheSameVerticesAndComesAsNear) {
     options.tile_count = 4;
     const Bytes file = encode_parts({bumpy_ball(4)}, options).file;
     const Mesh input = plain(bumpy_ball(5));
-    const DecodeTime own = time_decode(input, file, 1, "mvw");
-    const DecodeTime draco = time_draco(input, plain(bumpy_ball(4)), own.psnr);
+    const Mesh coded = plain(bumpy_ball(4));
+    std::vector<Contender> contenders{own_decoder(input, file, 1, "mvw")};
+    contenders.push_back(draco_decoder(input, coded, contenders[0].time.psnr));
+    time_in_turn(contenders);
+    const DecodeTime &own = contenders[0].time, &draco = contenders[1].time;
     EXPECT_EQ(own.bytes, file.size());
     EXPECT_EQ(own.vertices, draco.vertices);
     EXPECT_GE(draco.psnr, own.psnr - 0.05);
