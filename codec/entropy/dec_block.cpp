@@ -4,7 +4,6 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <string>
 
 #include "codec/entropy/dec_range_coder.h"
@@ -50,20 +49,7 @@ Error out_of_turn(unsigned plane) {
     return {Errc::Malformed, 0, "bit-plane " + std::to_string(plane) + " does not follow those before it"};
 }
 
-// Four components at once, in the vectors that gcc and clang have for every machine.
-using FourEntries = std::uint32_t __attribute__((vector_size(16)));
-using FourFloats = float __attribute__((vector_size(16)));
-static_assert(sizeof(EntryRow) == sizeof(FourEntries) && kMaxComponents == 4);
-
-/// sign * (magnitude + middle) * scale, or zero.
-FourFloats value_of(FourEntries entries, FourFloats middle, FourFloats scale) {
-    using FourInts = std::int32_t __attribute__((vector_size(16)));
-    const auto magnitude = __builtin_convertvector(reinterpret_cast<FourInts>(entries >> 1), FourFloats);
-    const auto value = reinterpret_cast<FourEntries>((magnitude + middle) * scale) ^ (entries << 31);
-    return reinterpret_cast<FourFloats>(value & reinterpret_cast<FourEntries>(entries != 0));
-}
-
-/// The same of one; no branch hangs on the entry.
+/// sign * (magnitude + middle) * scale, or zero; no branch hangs on the entry.
 float value_of(std::uint32_t entry, float middle, float scale) {
     const float value = (static_cast<float>(static_cast<std::int32_t>(magnitude_of(entry))) + middle) * scale;
     return std::bit_cast<float>((std::bit_cast<std::uint32_t>(value) ^ (entry << 31)) &
@@ -119,20 +105,11 @@ void BlockDecoder::values(float reconstruction, std::span<const float> scale, st
     if (!started()) return std::fill(out.begin(), out.end(), 0.0f);
     assert(scale.size() == components_ && out.size() % components_ == 0 && first + out.size() / components_ <= size_);
     const float here = std::ldexp(reconstruction, static_cast<int>(plane_)), behind = 2 * here;
-    if (!progress_ && components_ == 3 && !kSmall) return values_of<3>(unpacked_, size_, first, here, scale, out);
-    if (!progress_) return values_of<0>(unpacked_, size_, first, here, scale, out);
-    FourFloats scales{};
-    std::memcpy(&scales, scale.data(), scale.size_bytes());
-    const std::size_t wanted = out.size() / components_, whole = complete_ / components_;
-    for (std::size_t i = 0; i < wanted; ++i) {
-        FourFloats middle = FourFloats{} + (first + i < whole ? here : behind);
-        if (first + i == whole)
-            for (unsigned c = 0; c < complete_ % components_; ++c) middle[c] = here;
-        FourEntries entries{};
-        std::memcpy(&entries, &progress_->rows[first + i], sizeof entries);
-        const FourFloats value = value_of(entries, middle, scales);
-        std::memcpy(&out[i * components_], &value, components_ * sizeof(float));
-    }
+    if (!progress_ && !kSmall && components_ == 3) return values_of<3>(unpacked_, size_, first, here, scale, out);
+    if (!progress_ && !kSmall) return values_of<0>(unpacked_, size_, first, here, scale, out);
+    for (std::size_t at = 0, i = first; at < out.size(); ++i)
+        for (unsigned c = 0; c < components_; ++c, ++at)
+            out[at] = value_of(entry(i, c), i * components_ + c < complete_ ? here : behind, scale[c]);
 }
 
 std::uint32_t BlockDecoder::entry(std::size_t coefficient, unsigned component) const {

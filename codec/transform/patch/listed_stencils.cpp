@@ -234,7 +234,6 @@ void CarriedStencils::add_fan(FaceCorner start, std::vector<std::uint8_t>& seen)
         seen[std::size_t{3} * c.face + c.corner] = 1;
         fan.corners.push_back(c);
     }
-    if (fan.closed) spokes_[fan.corners.size()];
     fans_.push_back(std::move(fan));
 }
 
@@ -251,9 +250,10 @@ std::vector<float> CarriedStencils::signature(const Fan& fan) const {
 }
 
 const ListedStencils& CarriedStencils::spoke(std::size_t spokes, bool regular) const {
-    Spoke& wanted = spokes_.at(spokes)[regular ? 1 : 0];
-    std::call_once(wanted.found, [&] { wanted.stencil = spoke_stencils(spokes, regular, options_); });
-    return wanted.stencil;
+    const std::lock_guard lock(finding_spoke_);
+    const auto [found, is_new] = spokes_.try_emplace({spokes, regular});
+    if (is_new) found->second = spoke_stencils(spokes, regular, options_);
+    return found->second;
 }
 
 /// As fan_stencils() of a closed fan of no sharp spoke.

@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "codec/transform/lifting.h"
@@ -79,11 +80,6 @@ class CarriedStencils {
         std::vector<FaceCorner> corners;  // counter-clockwise; from the boundary on where there is one
         bool closed;
     };
-    /// The stencil of a closed fan's spoke on kSpokeLevel, found when it is first asked for.
-    struct Spoke {
-        std::once_flag found;
-        ListedStencils stencil;
-    };
     [[nodiscard]] const ListedStencils& spoke(std::size_t spokes, bool regular) const;
     [[nodiscard]] ListedStencils smooth_fan(std::size_t spokes) const;
     class Spokes;
@@ -99,9 +95,10 @@ class CarriedStencils {
     std::vector<std::uint8_t> sharp_;  // of each base edge
     TransformOptions options_;
     std::vector<Fan> fans_;
-    // By the numbers of spokes of closed fans: to an irregular vertex, and to a regular one. All of them are there from
-    // the beginning, so several threads may look for one.
-    mutable std::map<std::size_t, std::array<Spoke, 2>> spokes_;
+    // Of closed fans' spokes on kSpokeLevel, by their number and whether they lead to a regular vertex: found when
+    // first asked for, by one thread at a time.
+    mutable std::map<std::pair<std::size_t, bool>, ListedStencils> spokes_;
+    mutable std::mutex finding_spoke_;
     std::vector<std::size_t> kind_of_fan_;  // of kinds_; both empty before a level from kFanLevel on was asked for
     std::vector<ListedStencils> kinds_;
     std::array<ListedStencils, 2> middles_;  // of a boundary, of a crease
