@@ -39,6 +39,7 @@ constexpr double kUnknown = -1;
 /// Decodes chunks [0, end) and sets the errors after those of [begin, end) that are measured.
 void measure(const EncoderInput& input, ByteSpan file, const std::vector<PlannedChunk>& plan, std::size_t begin,
              std::size_t end, unsigned threads, std::vector<double>& errors) {
+    if (begin == end) return;
     Decoder decoder;
     (void)decoder.feed_header(file).ok();
     for (std::size_t i = 0; i < end; ++i) {

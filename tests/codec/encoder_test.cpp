@@ -130,7 +130,7 @@ TEST(EncodeParts, DamagedPackedPlanesAreNamedAndSkipped) {
 TEST(EncodeParts, PackedPlanesTakenTogetherEqualThoseTakenOneAtATime) {
     EncodeOptions options;
     options.profile = Profile::Fast;
-    options.target_error = 1e-7;  // many planes: more of them than may wait for a mesh
+    options.target_error = 1e-7;  // many planes
     options.tile_count = 4;
     const Bytes file = encode_parts({bumpy_ball(4)}, options).file;
     const Toc toc = toc_of(file);
@@ -163,11 +163,11 @@ std::vector<std::pair<ChunkId, Bytes>> plane_by_plane(const ChunkId& id, ByteSpa
     EXPECT_TRUE(unzip_planes(in.bytes(in.remaining()), 3 * coefficients, front.top_plane, low, raw));
     std::vector<std::uint32_t> by_component(3 * coefficients);
     unpack_planes(raw, front.top_plane, low, by_component);
+    Entries entries(3 * coefficients);
+    for (std::size_t i = 0; i < coefficients; ++i)
+        for (std::size_t c = 0; c < 3; ++c) entries[3 * i + c] = by_component[c * coefficients + i];
     std::vector<std::pair<ChunkId, Bytes>> chunks;
     for (unsigned plane = front.top_plane + 1u; plane-- > low;) {
-        Entries entries(3 * coefficients);
-        for (std::size_t i = 0; i < coefficients; ++i)
-            for (std::size_t c = 0; c < 3; ++c) entries[3 * i + c] = by_component[c * coefficients + i];
         GeometryFront one = front;
         one.top_plane = plane;
         one.starts = front.starts && plane == front.top_plane;
