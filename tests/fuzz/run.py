@@ -16,14 +16,14 @@ import sys
 TREE = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = TREE / "build-fuzz"
 # What comes before a golden file in an input (the targets' head comments): a byte that says how it is to be taken.
-SEEDS = {"container_fuzz": ("*.mvw", b""), "decoder_fuzz": ("*.mvw", b"\0"), "import_fuzz": ("*.off", b"\3")}
+SEEDS = {"container_fuzz": [("*.mvw", b"")], "decoder_fuzz": [("*.mvw", b"\0")],
+         "import_fuzz": [("*.off", b"\3"), ("*.glb", b"\5")]}
 
 
 def corpus_of(target):
     corpus = BUILD / "corpus" / target
     corpus.mkdir(parents=True, exist_ok=True)
-    if target in SEEDS:
-        pattern, head = SEEDS[target]
+    for pattern, head in SEEDS.get(target, []):
         for golden in sorted((TREE / "tests" / "data").glob(pattern)):
             (corpus / golden.name).write_bytes(head + golden.read_bytes())
     return corpus

@@ -3,7 +3,7 @@
 // tinygltf reads the JSON and the buffers; it checks neither accessors against buffers nor the scene for cycles, and it
 // recurses into free-form values, so all of that is checked here. Where a material has an image for its base colour,
 // all vertices get their material's colour, times the image where it has one. Skins and morph targets are left in rest
-// position.
+// position. Compressed and sparse data are made plain first (gltf_unpack.h).
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
@@ -17,7 +17,9 @@
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/formats.h"
 #include "codec/mesh/io/gltf_accessor.h"
+#include "codec/mesh/io/gltf_node.h"
 #include "codec/mesh/io/gltf_paint.h"
+#include "codec/mesh/io/gltf_unpack.h"
 #include "codec/mesh/io/srgb.h"
 #include "codec/mesh/io/text.h"
 
@@ -32,49 +34,6 @@ constexpr std::uint64_t kMaxInstancing = 1000, kFreeInstances = 1'000'000;
 
 Error malformed(std::string reason) {
     return {Errc::Malformed, 0, std::move(reason)};
-}
-
-/// Rows of an affine map: linear part and translation.
-struct Affine {
-    std::array<Vec3, 3> row{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-    Vec3 shift;
-
-    [[nodiscard]] Vec3 linear(const Vec3& p) const { return {dot(row[0], p), dot(row[1], p), dot(row[2], p)}; }
-    [[nodiscard]] Vec3 operator()(const Vec3& p) const { return linear(p) + shift; }
-    [[nodiscard]] double determinant() const { return dot(row[0], cross(row[1], row[2])); }
-    /// Along the normal of a surface that is mapped, where `n` is along it before.
-    [[nodiscard]] Vec3 normal(const Vec3& n) const {
-        const Vec3 m{dot(cross(row[1], row[2]), n), dot(cross(row[2], row[0]), n), dot(cross(row[0], row[1]), n)};
-        return determinant() < 0 ? -m : m;
-    }
-    /// First `inner`, then this.
-    [[nodiscard]] Affine after(const Affine& inner) const {
-        Affine out;
-        for (std::size_t r = 0; r < 3; ++r)
-            out.row[r] = inner.row[0] * row[r].x + inner.row[1] * row[r].y + inner.row[2] * row[r].z;
-        out.shift = (*this)(inner.shift);
-        return out;
-    }
-};
-
-Affine transform_of(const tinygltf::Node& node) {
-    Affine out;
-    if (node.matrix.size() == 16) {  // by columns
-        const auto& m = node.matrix;
-        for (std::size_t r = 0; r < 3; ++r) out.row[r] = {m[r], m[4 + r], m[8 + r]};
-        out.shift = {m[12], m[13], m[14]};
-        return out;
-    }
-    if (node.rotation.size() == 4) {
-        const double x = node.rotation[0], y = node.rotation[1], z = node.rotation[2], w = node.rotation[3];
-        out.row = {Vec3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-                   Vec3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-                   Vec3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
-    }
-    if (node.scale.size() == 3)
-        for (Vec3& row : out.row) row = {row.x * node.scale[0], row.y * node.scale[1], row.z * node.scale[2]};
-    if (node.translation.size() == 3) out.shift = {node.translation[0], node.translation[1], node.translation[2]};
-    return out;
 }
 
 /// Gathers the scene's triangles.
@@ -98,12 +57,8 @@ class SceneReader {
                 return malformed(fmt::format("node {} is in the scene twice", index));
             const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
             const Affine here = outer.after(transform_of(node));
-            if (node.mesh >= 0) {
-                if (!in_range(node.mesh, model_.meshes))
-                    return malformed(fmt::format("there is no mesh {}", node.mesh));
-                const auto done = add_mesh(model_.meshes[static_cast<std::size_t>(node.mesh)], here);
-                if (!done) return done.error();
-            }
+            if (node.mesh >= 0)
+                if (const auto done = add_instances(node, here); !done) return done.error();
             for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
                 open.emplace_back(*child, here);
         }
@@ -142,6 +97,17 @@ class SceneReader {
         if (items > budget_) return false;
         budget_ -= items;
         return true;
+    }
+
+    Result<void> add_instances(const tinygltf::Node& node, const Affine& to_world) {
+        if (!in_range(node.mesh, model_.meshes)) return malformed(fmt::format("there is no mesh {}", node.mesh));
+        const Result<std::vector<Affine>> instances = instances_of(model_, node);
+        if (!instances) return instances.error();
+        for (const Affine& instance : *instances) {
+            const auto& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
+            if (const auto done = add_mesh(mesh, to_world.after(instance)); !done) return done;
+        }
+        return {};
     }
 
     Result<void> add_mesh(const tinygltf::Mesh& mesh, const Affine& to_world) {
@@ -300,21 +266,22 @@ class SceneReader {
     Polygons out_;
 };
 
+constexpr std::size_t kGlbHead = 20;  // up to the JSON: the file's head and its first chunk's
+
 /// The JSON of either kind of file, as far as it is there.
 std::string_view json_of(std::string_view text, bool binary) {
     if (!binary) return text;
-    ByteReader head(as_bytes(text.substr(0, 20)));
+    if (text.size() < kGlbHead) return {};
+    ByteReader head(as_bytes(text.substr(0, kGlbHead)));
     head.bytes(12);
-    return text.size() < 20 ? std::string_view{} : text.substr(20, head.u32());
+    return text.substr(kGlbHead, head.u32());
 }
 
 /// tinygltf copies the binary chunk for each buffer without a URI, however many claim it: all but the first are
 /// refused.
-Result<void> check_buffers(std::string_view text) {
-    const nlohmann::json json = nlohmann::json::parse(text.begin(), text.end(), nullptr, false);
-    if (!json.is_object()) return malformed("is no valid glTF: its JSON is damaged");
-    const auto buffers = json.find("buffers");
-    if (buffers == json.end()) return malformed("has no faces");
+Result<void> check_buffers(const nlohmann::json& gltf) {
+    const auto buffers = gltf.find("buffers");
+    if (buffers == gltf.end()) return malformed("has no faces");
     if (!buffers->is_array()) return malformed("is no valid glTF: buffers are no list");
     for (std::size_t b = 1; b < buffers->size(); ++b)
         if (!(*buffers)[b].is_object() || !(*buffers)[b].contains("uri"))
@@ -322,8 +289,21 @@ Result<void> check_buffers(std::string_view text) {
     return {};
 }
 
+Result<void> check_features(const nlohmann::json& gltf) {
+    const auto asset = gltf.find("asset");
+    if (asset != gltf.end() && asset->is_object() && asset->contains("version"))
+        if (const auto& version = (*asset)["version"]; version.is_string() && version.get<std::string>() < "2")
+            return Error{Errc::Unsupported, 0, "is glTF " + version.get<std::string>() + ": only 2.0 is known"};
+    const auto required = gltf.find("extensionsRequired");
+    if (required != gltf.end() && required->is_array())
+        for (const nlohmann::json& name : *required)
+            if (name == "KHR_meshopt_compression")
+                return Error{Errc::Unsupported, 0, "needs the extension KHR_meshopt_compression, which is not known"};
+    return {};
+}
+
 /// What tinygltf would follow without a bound.
-Result<void> check_json(std::string_view json) {
+Result<void> check_depth(std::string_view json) {
     int depth = 0;
     bool in_string = false;
     for (std::size_t i = 0; i < json.size(); ++i) {
@@ -339,7 +319,34 @@ Result<void> check_json(std::string_view json) {
             --depth;
         }
     }
-    return check_buffers(json);
+    return {};
+}
+
+/// The file's JSON as tinygltf is to see it, checked; empty where it may see it as it is.
+Result<std::string> json_for_tinygltf(std::string_view text) {
+    if (const auto fine = check_depth(text); !fine) return fine.error();
+    nlohmann::json gltf = nlohmann::json::parse(text.begin(), text.end(), nullptr, false);
+    if (!gltf.is_object()) return malformed("is no valid glTF: its JSON is damaged");
+    if (const auto fine = check_features(gltf); !fine) return fine.error();
+    const bool changed = complete_for_tinygltf(gltf);
+    if (const auto fine = check_buffers(gltf); !fine) return fine.error();
+    return changed ? gltf.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) : std::string();
+}
+
+/// The file with other JSON.
+Bytes with_json(ByteSpan file, bool binary, std::string json) {
+    if (!binary) return Bytes(as_bytes(json).begin(), as_bytes(json).end());
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const std::size_t old = json_of(as_text(file), true).size();
+    const ByteSpan behind = file.subspan(kGlbHead + old);
+    ByteWriter out;
+    out.bytes(file.first(8));
+    out.u32(static_cast<std::uint32_t>(kGlbHead + json.size() + behind.size()));
+    out.u32(static_cast<std::uint32_t>(json.size()));
+    out.bytes(file.subspan(16, 4));
+    out.bytes(as_bytes(json));
+    out.bytes(behind);
+    return out.take();
 }
 
 // tinygltf asks these for outer buffers and images. They see the folder of the .gltf and what is below it, nothing
@@ -394,12 +401,13 @@ Result<void> load(ByteSpan bytes, bool binary, const Surroundings& around, tinyg
 
 Result<Polygons> read_gltf(ByteSpan bytes, bool binary, const Surroundings& around) {
     if (bytes.size() > 0xFFFFFFFFu) return Error{Errc::LimitExceeded, 0, "is over 4 GB, which glTF does not allow"};
-    if (const auto fine = check_json(json_of(as_text(bytes), binary)); !fine) return fine.error();
+    Result<std::string> json = json_for_tinygltf(json_of(as_text(bytes), binary));
+    if (!json) return json.error();
     tinygltf::Model model;
-    if (const auto loaded = load(bytes, binary, around, model); !loaded) return loaded.error();
-    for (const std::string& name : model.extensionsRequired)
-        if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression")
-            return Error{Errc::Unsupported, 0, "needs the extension " + name + ", which is not known"};
+    const Bytes completed = json->empty() ? Bytes() : with_json(bytes, binary, std::move(json).value());
+    if (const auto loaded = load(completed.empty() ? bytes : ByteSpan(completed), binary, around, model); !loaded)
+        return loaded.error();
+    if (const auto done = unpack(model); !done) return done.error();
     std::uint64_t size = bytes.size();
     for (const tinygltf::Buffer& buffer : model.buffers) size += buffer.data.size();
     return SceneReader(model, kFreeInstances + kMaxInstancing * size).read();

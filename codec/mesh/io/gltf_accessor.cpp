@@ -9,6 +9,8 @@ Error malformed(std::string reason) {
     return {Errc::Malformed, 0, std::move(reason)};
 }
 
+constexpr std::size_t kMaxStride = 256;
+
 std::size_t component_bytes(int type) {
     switch (type) {
         case TINYGLTF_COMPONENT_TYPE_BYTE:
@@ -42,12 +44,24 @@ std::size_t components_of(int type) {
 
 }  // namespace
 
+const tinygltf::Value& member_of(const tinygltf::Value& object, const std::string& name) {
+    static const tinygltf::Value null;
+    return object.Has(name) ? object.Get(name) : null;
+}
+
+int index_of(const tinygltf::Value& object, const std::string& name) {
+    const tinygltf::Value& index = member_of(object, name);
+    return index.IsInt() ? index.GetNumberAsInt() : -1;
+}
+
 Result<Values> open_accessor(const tinygltf::Model& model, int index) {
     if (!in_range(index, model.accessors)) return malformed(fmt::format("there is no accessor {}", index));
-    const tinygltf::Accessor& accessor = model.accessors[static_cast<std::size_t>(index)];
-    if (accessor.sparse.isSparse) return Error{Errc::Unsupported, 0, "uses sparse accessors, which are not known"};
-    if (!in_range(accessor.bufferView, model.bufferViews))
-        return malformed(fmt::format("accessor {} has no data", index));
+    return open_accessor(model, model.accessors[static_cast<std::size_t>(index)], fmt::format("accessor {}", index));
+}
+
+Result<Values> open_accessor(const tinygltf::Model& model, const tinygltf::Accessor& accessor,
+                             const std::string& name) {
+    if (!in_range(accessor.bufferView, model.bufferViews)) return malformed(name + " has no data");
     const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
     if (!in_range(view.buffer, model.buffers))
         return malformed(fmt::format("buffer view {} has no buffer", accessor.bufferView));
@@ -58,16 +72,16 @@ Result<Values> open_accessor(const tinygltf::Model& model, int index) {
     values.normalized = accessor.normalized;
     values.count = accessor.count;
     values.components = components_of(accessor.type);
-    const std::size_t row = values.components * component_bytes(values.type);
-    values.stride = view.byteStride == 0 ? row : view.byteStride;
-    if (row == 0) return malformed(fmt::format("accessor {} is of an unexpected type", index));
+    values.row = values.components * component_bytes(values.type);
+    values.stride = view.byteStride == 0 ? values.row : view.byteStride;
+    if (values.row == 0) return malformed(name + " is of an unexpected type");
     // Each term is compared before it is used, so that no sum can overflow.
     const bool inside = view.byteOffset <= buffer.size() && view.byteLength <= buffer.size() - view.byteOffset &&
-                        accessor.byteOffset <= view.byteLength && values.stride <= 252 &&
-                        (values.count == 0 || row <= view.byteLength - accessor.byteOffset) &&
-                        (values.count <= 1 || values.count - 1 <= (view.byteLength - accessor.byteOffset - row) /
+                        accessor.byteOffset <= view.byteLength && values.stride <= kMaxStride &&
+                        (values.count == 0 || values.row <= view.byteLength - accessor.byteOffset) &&
+                        (values.count <= 1 || values.count - 1 <= (view.byteLength - accessor.byteOffset - values.row) /
                                                                       std::max<std::size_t>(1, values.stride));
-    if (!inside) return malformed(fmt::format("accessor {} reaches beyond its buffer", index));
+    if (!inside) return malformed(name + " reaches beyond its buffer");
     values.data = buffer.data() + view.byteOffset + accessor.byteOffset;
     return values;
 }

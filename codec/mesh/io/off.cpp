@@ -1,4 +1,4 @@
-// OFF of Geomview, ASCII: [ST][C][N]OFF, counts, vertices, faces.
+// OFF of Geomview, ASCII: [ST][C][N]OFF, which may be left out, counts, vertices, faces.
 //
 // An own reader: OpenMesh and assimp, the libraries at hand, pass OFF coordinates on as float32. Of
 // 1000000.01 that keeps 1000000, and a model of size 0.02 there becomes a point.
@@ -28,11 +28,8 @@ std::optional<std::uint32_t> to_index(std::string_view word) {
     return static_cast<std::uint32_t>(*value);
 }
 
-Result<OffHeader> read_header(Lines& lines) {
-    OffHeader header;
-    std::string_view line = lines.next();
-    std::string_view word = next_word(line);
-    if (word.size() < 3 || word.substr(word.size() - 3) != "OFF") return at_line(lines, "does not begin with OFF");
+/// [ST][C][N]OFF
+Result<void> read_keyword(std::string_view word, OffHeader& header) {
     for (std::string_view prefix = word.substr(0, word.size() - 3); !prefix.empty();) {
         if (prefix.substr(0, 2) == "ST") {
             prefix.remove_prefix(2);
@@ -44,11 +41,23 @@ Result<OffHeader> read_header(Lines& lines) {
             return Error{Errc::Unsupported, 0, fmt::format("is {}: only three coordinates are known", word)};
         prefix.remove_prefix(1);
     }
-    word = next_word(line);
-    if (word == "BINARY") return Error{Errc::Unsupported, 0, "is binary OFF, which is not known"};
-    if (word.empty()) {
-        line = lines.next();
+    return {};
+}
+
+Result<OffHeader> read_header(Lines& lines) {
+    OffHeader header;
+    std::string_view line = lines.next();
+    std::string_view word = next_word(line);
+    if (word.ends_with("OFF")) {
+        if (const auto known = read_keyword(word, header); !known) return known.error();
         word = next_word(line);
+        if (word == "BINARY") return Error{Errc::Unsupported, 0, "is binary OFF, which is not known"};
+        if (word.empty()) {
+            line = lines.next();
+            word = next_word(line);
+        }
+    } else if (!to_index(word)) {
+        return at_line(lines, "does not begin with OFF");
     }
     const auto vertices = to_index(word), faces = to_index(next_word(line));
     if (!vertices || !faces) return at_line(lines, "the numbers of vertices and faces are missing");

@@ -170,9 +170,9 @@ std::vector<BadSample> bad_binary_samples() {
         bad(gltf, "node", gltf_with(R"("nodes":[0])", R"("nodes":[5])"), "no node 5"),
         bad(gltf, "mesh", gltf_with(R"({"mesh":0})", R"({"mesh":3})"), "no mesh 3"),
         bad(gltf, "points", gltf_with(R"("attributes")", R"("mode":0,"attributes")"), "has no faces"),
-        bad(gltf, "extension",
-            gltf_with(R"("meshes")", R"("extensionsRequired":["KHR_draco_mesh_compression"],"meshes")"),
-            "needs the extension KHR_draco_mesh_compression"),
+        bad(gltf, "extension", gltf_with(R"("meshes")", R"("extensionsRequired":["KHR_meshopt_compression"],"meshes")"),
+            "needs the extension KHR_meshopt_compression"),
+        bad(gltf, "old", gltf_with(R"("2.0")", R"("1.0")"), "is glTF 1.0: only 2.0 is known"),
         bad(glb_format, "too short", "glTF", "glTF"),
     };
     return samples;
@@ -207,6 +207,7 @@ std::vector<Sample> good_samples() {
         text("plain.off", MeshFormat::Off,
              "OFF\n# a comment\n4 2 0\n\n0 0 0\n1 0 0 # another\n0 1 0\n+1 1.0e0 .5\n3 0 1 2\n3 1 3 2 0 255 0\n", 4, 2),
         text("one_line.off", MeshFormat::Off, "OFF 3 1 0\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n3 0 1 2", 3, 1),
+        text("no_keyword.off", MeshFormat::Off, "# a comment\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", 3, 1),
         text("bytes.coff", MeshFormat::Off, "COFF\n3 1 0\n0 0 0 9 9 9 9\n1 0 0 1 2 3\n0 1 0 9 9 9 9\n3 0 1 2\n", 3, 1,
              color),
         text("fractions.coff", MeshFormat::Off,
