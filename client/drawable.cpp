@@ -70,11 +70,12 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
     for (std::size_t part = 0; part < header.parts.size(); ++part) {
         const BaseMesh* base = decoder.base(part);
         if (base == nullptr) continue;
-        ++out.parts;
         const unsigned level = std::min(options.level, decoder.finest_level(part));
         out.level = std::max(out.level, level);
+        if (!decoder.shows(part, options.level)) continue;
+        out.parts += header.parts[part].supersedes ? static_cast<std::uint32_t>(part) + 1 : 1;
         out.solid =
-            (out.solid || out.parts == 1) && bounds_solids(*base, std::span(mesh->positions).subspan(first_vertex));
+            (out.solid || first_vertex == 0) && bounds_solids(*base, std::span(mesh->positions).subspan(first_vertex));
         if (options.base_edges) add_edge_lines(*base, level, first_vertex, false, out.base_edges);
         if (options.edges) add_edge_lines(*base, level, first_vertex, true, out.edges);
         first_vertex += static_cast<std::uint32_t>(vertices_at_level(*base, level));

@@ -146,7 +146,7 @@ Decoder Feed::decoder_of(unsigned layer, double bytes) const {
     for (const auto& [index, chunk] : kept_) {
         left -= static_cast<double>(chunk.payload.size());
         if (left < 0) break;
-        if (chunk.id.layer <= layer || chunk.id.channel == Channel::Base)
+        if (decoder.header() != nullptr && in_layers(*decoder.header(), chunk.id, layer))
             (void)decoder.feed_chunk(chunk.id, chunk.payload, chunk.crc32c).ok();
     }
     return decoder;

@@ -83,8 +83,8 @@ std::vector<TilePlace> place_tiles(const Decoder& decoder) {
     const Vec3 origin{header.center[0], header.center[1], header.center[2]};
     std::size_t first_face = 0;
     for (std::size_t part = 0; part < header.parts.size(); ++part) {
+        if (!decoder.shows(part, 0)) continue;
         const BaseMesh* base = decoder.base(part);
-        if (base == nullptr) continue;
         const std::vector<std::uint16_t> tile_of = tile_of_faces(*base, header.parts[part].tiles);
         std::vector<Bounds> bounds(header.parts[part].tiles);
         for (std::size_t f = 0; f < tile_of.size(); ++f) {

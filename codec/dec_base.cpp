@@ -92,7 +92,7 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
     if (in.ok() && (p.base_bits < 1 || p.base_bits > 30)) return malformed("the base's precision is out of range");
     if (transform >= kTransformCount) return Error{Errc::Unsupported, 0, "the transform is unknown"};
     p.transform.kind = TransformKind{transform};
-    if (info.levels > 0) {
+    if (info.levels > 0 || info.supersedes) {
         p.reconstruction = in.u8();
         for (unsigned level = 0; level <= info.levels; ++level) p.steps.push_back(in.u8());
         for (unsigned level = 0; level <= info.levels; ++level) p.across.push_back(in.u8());

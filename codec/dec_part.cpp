@@ -68,7 +68,7 @@ Result<void> PartDecoder::take(const ChunkId& id, ByteSpan payload, bool whole) 
     if (id.channel == Channel::Attributes)
         return whole && attributes_.empty() ? take_attributes(payload) : Result<void>{};
     if (!is_coefficients(id.channel) || id.level > finest_) return {};
-    if (id.channel == Channel::Geometry && info_.levels == 0) return {};
+    if (id.channel == Channel::Geometry && info_.levels == 0 && !info_.supersedes) return {};
     const ChunkId here{static_cast<std::uint16_t>(id.channel), id.tile, id.level, id.layer, id.channel};
     const Result<Taken> taken = take_planes(here, payload, whole);
     if (!taken.ok()) return taken.error();

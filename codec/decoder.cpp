@@ -42,6 +42,15 @@ struct Decoder::State {
     Result<bool> read_chunk(ByteSpan rest, std::size_t& used);
     bool take_chunk(const ChunkId& id, ByteSpan payload, bool whole);
     void came(const ChunkId& id);
+    /// Whether the base of a closing part is there.
+    [[nodiscard]] bool is_closed() const {
+        return header && header->parts.back().supersedes && parts.back().has_base();
+    }
+    [[nodiscard]] unsigned finest() const {
+        unsigned level = 0;
+        for (const PartDecoder& part : parts) level = std::max(level, part.finest_level());
+        return level;
+    }
     Error lost(const std::string& why) const {
         return {Errc::Malformed, position, "byte " + std::to_string(position) + ": " + why};
     }
@@ -207,8 +216,7 @@ DecodeState Decoder::state() const {
         all = s.first_missing == s.expected.size();
     }
     out.complete = all && out.damaged == 0 && out.waiting == 0;
-    if (out.complete)
-        for (const PartDecoder& part : s.parts) out.level = std::max(out.level, part.finest_level());
+    if (out.complete || s.is_closed()) out.level = s.finest();
     return out;
 }
 
@@ -218,13 +226,20 @@ std::uint64_t Decoder::revision() const {
 
 Result<Mesh> Decoder::mesh(unsigned level) const {
     State& s = *state_;
-    if (std::none_of(s.parts.begin(), s.parts.end(), [](const PartDecoder& p) { return p.has_base(); }))
-        return Error{Errc::NeedMoreData, s.position, "no base mesh is there yet"};
     Mesh out;
-    const Vec3 center{s.header->center[0], s.header->center[1], s.header->center[2]};
-    for (PartDecoder& part : s.parts)
-        if (part.has_base()) part.append_mesh(level, center, s.header->diagonal, out);
+    for (std::size_t part = 0; part < s.parts.size(); ++part) {
+        if (!shows(part, level)) continue;
+        const auto& center = s.header->center;
+        s.parts[part].append_mesh(level, {center[0], center[1], center[2]}, s.header->diagonal, out);
+    }
+    if (out.faces.empty()) return Error{Errc::NeedMoreData, s.position, "no base mesh is there yet"};
     return out;
+}
+
+bool Decoder::shows(std::size_t part, unsigned level) const {
+    const State& s = *state_;
+    if (part >= s.parts.size() || !s.parts[part].has_base()) return false;
+    return s.header->parts[part].supersedes == (s.is_closed() && level > s.finest());
 }
 
 const BaseMesh* Decoder::base(std::size_t part) const {

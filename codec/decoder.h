@@ -13,7 +13,8 @@ namespace mvw {
 /// What a decoder holds at a moment.
 struct DecodeState {
     std::uint64_t bytes = 0;   // header and chunks taken in
-    unsigned level = 0;        // finest level for which any detail has arrived (or the file's last where all have)
+    unsigned level = 0;        // finest level for which any detail has arrived (or the file's last where all have, or
+                               // a closing part's base has)
     float error = 1;           // RMS surface error left as the file states it, fraction of the diagonal; with expect(),
                                // that of the chunks in file order before the first that is missing or damaged
     std::uint32_t chunks = 0;  // taken in
@@ -53,12 +54,15 @@ class Decoder {
     [[nodiscard]] DecodeState state() const;
     /// Changes whenever mesh() would differ.
     [[nodiscard]] std::uint64_t revision() const;
-    /// The best mesh of what has come, every part at min(level, its own finest). NeedMoreData until a base mesh is
-    /// there.
+    /// The best mesh of what has come: every part that shows() at min(level, its own finest). NeedMoreData until a base
+    /// mesh is there.
     [[nodiscard]] Result<Mesh> mesh(unsigned level = 255) const;
 
+    /// Whether mesh(level) holds one of the header's parts: those whose bases are there, but where one stands for all
+    /// (PartInfo::supersedes), either that one, for levels above all others', or these.
+    [[nodiscard]] bool shows(std::size_t part, unsigned level) const;
     /// Connectivity of level 0 of one of the header's parts; null until its base is there. mesh() holds the parts that
-    /// have one, in the header's order, each with V(l) vertices and its faces as in triangles_at_level(base, l), where
+    /// it shows in the header's order, each with V(l) vertices and its faces as in triangles_at_level(base, l), where
     /// l is min(level, finest_level(part)).
     [[nodiscard]] const BaseMesh* base(std::size_t part) const;
     [[nodiscard]] unsigned finest_level(std::size_t part) const;

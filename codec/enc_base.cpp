@@ -275,7 +275,7 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
                                      (params.lossless ? kBaseLossless : 0)));
     out.u8(params.error_code);
     out.u8(params.base_bits);
-    if (mesh.levels > 0) {
+    if (!params.steps.empty()) {
         out.u8(params.reconstruction);
         for (const std::uint8_t code : params.steps) out.u8(code);
         for (const std::uint8_t code : params.across) out.u8(code);

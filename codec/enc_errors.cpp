@@ -44,8 +44,10 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
         (void)decoder.feed_chunk(plan[i].id, plan[i].payload, crc32c(plan[i].payload)).ok();
         bytes += double(plan[i].payload.size());
         const bool end = i + 1 == plan.size();
-        const bool changed = plan.size() < kFewChunks || i + 1 == bases || plan[i].error < error / (ratio * ratio) ||
-                             bytes > ratio * bytes_then;
+        const auto closes = [&](std::size_t k) { return decoder.header()->parts[plan[k].id.part].supersedes; };
+        const bool seam = (!end && closes(i) != closes(i + 1)) || (i > 0 && closes(i) != closes(i - 1));
+        const bool changed = seam || plan.size() < kFewChunks || i + 1 == bases ||
+                             plan[i].error < error / (ratio * ratio) || bytes > ratio * bytes_then;
         if (i + 1 < bases || (!end && !changed)) continue;
         const Result<Mesh> mesh = decoder.mesh();
         if (!mesh.ok() || !measurable(*mesh)) continue;

@@ -19,12 +19,15 @@ double across_of(unsigned levels_above) {
     return kAcross[std::min<std::size_t>(levels_above, kAcross.size() - 1)];
 }
 
+/// Likewise of the input's own triangles, of which some are small: they must not fold.
+constexpr double kOwnAcross = 3;
+
 /// Steps whose errors weigh the same on every level; plane 0 leaves about `error`.
 void choose_steps(PartParams& params, const TransformOptions& transform, unsigned levels, double error,
-                  const std::vector<LevelGain>& gains) {
+                  const std::vector<LevelGain>& gains, bool own_triangles) {
     const double move = error * 1.3;  // of the finest vertices by one step; measured with dead zone and tangents
     for (unsigned level = 0; level <= levels; ++level) {
-        const double across = transform.local_frames ? across_of(levels - level) : 1;
+        const double across = own_triangles ? kOwnAcross : transform.local_frames ? across_of(levels - level) : 1;
         const double step = move / gains[level].normal;
         params.steps.push_back(step_to_code(std::min(step, 1.0)));
         params.across.push_back(step_to_code(std::min(step * across, 1.0)));
@@ -202,11 +205,11 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
     part.base = code_base(mesh.base, grid.empty() ? grid_of(coarse_of(mesh, transform, threads), precision) : grid,
-                          precision.base_bits, mesh.levels == 0);
+                          precision.base_bits, mesh.levels == 0 && !precision.supersedes);
     part.mesh = renumber(mesh, part.base);
-    if (mesh.levels > 0) {
+    if (mesh.levels > 0 || precision.supersedes) {
         const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);
-        choose_steps(part.params, transform, mesh.levels, precision.error, gains);
+        choose_steps(part.params, transform, mesh.levels, precision.error, gains, precision.supersedes);
         part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
         code_geometry(part, precision, gains, threads);
     }

@@ -6,6 +6,7 @@
 
 #include "codec/decoder.h"
 #include "codec/enc_adapt.h"
+#include "codec/enc_closing.h"
 #include "codec/enc_errors.h"
 #include "codec/enc_least_bytes.h"
 #include "codec/enc_measured_order.h"
@@ -282,7 +283,9 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
     }
     if (in_wavelets > 0) out.tangential_share /= in_wavelets;
     for (const PlannedChunk& c : plan) {
-        if (c.id.channel == Channel::Base) out.base_bytes += c.payload.size();
+        const bool closing = model.header.parts[c.id.part].supersedes;
+        if (closing) out.closing_bytes += c.payload.size();
+        if (c.id.channel == Channel::Base && !closing) out.base_bytes += c.payload.size();
         if (c.id.channel == Channel::Color) out.color_bytes += c.payload.size();
         if (c.id.channel == Channel::Original) out.original_bytes += c.payload.size();
     }
@@ -297,6 +300,36 @@ struct Coded {
     std::vector<PlannedChunk> plan;
     Bytes file;
 };
+
+std::optional<Closing> close_where_it_pays(const Source& source, const Coded& coded, const SurfaceError& whole,
+                                           const EncodeOptions& options) {
+    const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
+    const bool plain = source.input.mesh().materials.empty() &&
+                       std::ranges::all_of(coded.model.parts, [](const CodedPart& p) { return p.attributes.empty(); });
+    const bool remeshed = std::ranges::find(source.origins, PartOrigin::Remeshed) != source.origins.end();
+    const bool fits = coded.model.parts.size() < Limits{}.max_parts;
+    if (!options.close || chosen || !plain || !remeshed || !fits || options.lossless > 0) return std::nullopt;
+    return close(source.input, {coded.file, coded.plan, coded.model.order.layers, whole},
+                 {options.profile == Profile::Fast, options.threads});
+}
+
+/// Puts a closing part behind the chunks of the others that stay.
+void append(Closing closing, Coded& coded) {
+    coded.plan.resize(closing.opening_chunks);
+    const unsigned more_layers = closing.layers - coded.model.order.layers;
+    for (PlannedChunk& c : coded.plan) {
+        const bool has_layer = c.id.channel != Channel::Base && c.id.channel != Channel::Attributes;
+        if (has_layer) c.id.layer = static_cast<std::uint8_t>(c.id.layer + more_layers);
+        c.error *= c.error;  // an estimate again, to be measured
+    }
+    for (PlannedChunk& c : closing.chunks) {
+        c.id.part = static_cast<std::uint16_t>(coded.model.header.parts.size());
+        coded.plan.push_back(std::move(c));
+    }
+    coded.model.order.layers = closing.layers;
+    coded.model.header.layers = static_cast<std::uint8_t>(closing.layers);
+    coded.model.header.parts.push_back(closing.info);
+}
 
 }  // namespace
 
@@ -400,7 +433,14 @@ Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
         if (!ordered.ok()) return ordered.error();
         say_least_bytes(s.source.input, *ordered, s.coded.plan, options.threads);
     }
-    const SurfaceError error = measure_errors(s.source.input, s.coded.file, s.coded.plan, options);
+    SurfaceError error = measure_errors(s.source.input, s.coded.file, s.coded.plan, options);
+    if (std::optional<Closing> closing = close_where_it_pays(s.source, s.coded, error, options)) {
+        append(std::move(*closing), s.coded);
+        Result<Bytes> closed = write_file(s.coded.model.header, to_write(s.coded.plan));
+        if (!closed.ok()) return closed.error();
+        s.coded.file = std::move(*closed);
+        error = measure_errors(s.source.input, s.coded.file, s.coded.plan, options);
+    }
     if (const Result<void> r = add_original(s.source.input.mesh(), s.coded.model.header, options, s.coded.plan);
         !r.ok())
         return r;

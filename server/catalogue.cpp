@@ -10,11 +10,12 @@ namespace {
 ModelSummary summarise(const std::string& name, const ModelSource& model) {
     const FileHeader& header = model.toc().header;
     ModelSummary s{.name = name, .version = to_hex(header.content_id), .bytes = model.file_bytes()};
-    s.parts = static_cast<std::uint32_t>(header.parts.size());
+    s.levels = finest_level(header);
     for (const PartInfo& part : header.parts) {
+        if (part.supersedes) continue;  // what the others show, again
+        ++s.parts;
         s.base_faces += part.base_faces;
         s.faces += std::uint64_t{part.base_faces} << 2 * part.levels;  // levels <= 15: no overflow
-        s.levels = std::max<unsigned>(s.levels, part.levels);
     }
     return s;
 }

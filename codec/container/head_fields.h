@@ -4,6 +4,9 @@
 
 namespace mvw::detail {
 
+/// Beside the levels of a part that stands for all others (PartInfo::supersedes).
+inline constexpr unsigned kSupersedes = 128;
+
 /// Reads id and length as write_chunk_head() wrote them; errors as read_chunk_head()'s.
 Result<void> read_head_fields(ByteReader& in, const ChunkId& previous, const Limits& limits, ChunkId& id,
                               std::uint32_t& length);

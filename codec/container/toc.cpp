@@ -29,7 +29,9 @@ std::int64_t unzigzag(std::uint64_t v) {
 Result<PartInfo> read_part(ByteReader& in, const Limits& limits) {
     const std::size_t at = in.offset();
     PartInfo part;
-    part.levels = in.u8();
+    const unsigned first = in.u8();
+    part.supersedes = (first & detail::kSupersedes) != 0;
+    part.levels = static_cast<std::uint8_t>(first & ~detail::kSupersedes);
     const std::uint64_t faces = in.varint(), boundary = in.varint();
     const std::int64_t euler = unzigzag(in.varint());
     const std::uint64_t tiles = in.varint();
@@ -67,6 +69,8 @@ Result<void> read_parts(ByteReader& in, const Limits& limits, FileHeader& header
     for (std::uint64_t i = 0; i < count; ++i) {
         Result<PartInfo> part = read_part(in, limits);
         if (!part.ok()) return part.error();
+        if (part->supersedes && (i == 0 || i + 1 < count || part->levels > 0))
+            return malformed(at, "a closing part has levels or is not the last");
         faces += part->base_faces;
         header.parts.push_back(*part);
     }
@@ -151,27 +155,39 @@ Result<FileHeader> read_header(ByteSpan prefix, const Limits& limits) {
     return header;
 }
 
+namespace {
+
+Error not_there(const char* what, unsigned number, unsigned count) {
+    return malformed(
+        0, std::string("a chunk names ") + what + ' ' + std::to_string(number) + " of " + std::to_string(count));
+}
+
+}  // namespace
+
 Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id) {
-    if (id.part >= header.parts.size())
-        return malformed(0, "a chunk names part " + std::to_string(id.part) + ", the file has " +
-                                std::to_string(header.parts.size()));
+    if (id.part >= header.parts.size()) return not_there("part", id.part, static_cast<unsigned>(header.parts.size()));
     const PartInfo& part = header.parts[id.part];
     const bool untiled =
         id.channel == Channel::Base || id.channel == Channel::Original || id.channel == Channel::Attributes;
     if (untiled && (id.tile != 0 || id.level != 0 || id.layer != 0))
-        return malformed(0, "a base, original or attributes chunk names a tile, level or layer");
-    if (id.tile >= part.tiles)
-        return malformed(
-            0, "a chunk names tile " + std::to_string(id.tile) + ", its part has " + std::to_string(part.tiles));
+        return malformed(0, "a chunk of all of a part names a tile, level or layer");
+    if (id.tile >= part.tiles) return not_there("tile", id.tile, part.tiles);
     if (id.tile > 0 && id.level < part.first_tiled_level)
-        return malformed(0, "a chunk names a tile of a level that is not tiled");
-    if (id.level > part.levels)
-        return malformed(
-            0, "a chunk names level " + std::to_string(id.level) + ", its part has " + std::to_string(part.levels));
-    if (!untiled && id.layer >= header.layers)
-        return malformed(
-            0, "a chunk names layer " + std::to_string(id.layer) + ", the file has " + std::to_string(header.layers));
+        return malformed(0, "a chunk names a tile of an untiled level");
+    if (id.level > part.levels) return not_there("level", id.level, part.levels + 1u);
+    if (!untiled && id.layer >= header.layers) return not_there("layer", id.layer, header.layers);
     return {};
+}
+
+unsigned finest_level(const FileHeader& header) {
+    unsigned level = 0;
+    for (const PartInfo& part : header.parts) level = std::max<unsigned>(level, part.levels);
+    return level;
+}
+
+bool in_layers(const FileHeader& header, const ChunkId& id, unsigned layer) {
+    if (header.parts[id.part].supersedes) return layer + 1 >= header.layers;
+    return id.layer <= layer || id.channel == Channel::Base;
 }
 
 std::uint16_t error_to_disk(double error) {

@@ -11,12 +11,15 @@ namespace mvw {
 inline constexpr std::uint16_t kFormatVersion = 5;
 inline constexpr std::uint32_t kKnownFeatures = 0;  // required-feature bits that this build knows
 
-/// One part of the model: wavelet parts carry levels >= 1; a part of level 0 alone is a mesh coded by Draco as it is.
+/// One part of the model: wavelet parts carry levels >= 1; a part of level 0 alone is a mesh coded as it is.
 struct PartInfo {
     std::uint8_t levels = 0;  // L
     std::uint32_t base_vertices = 0, base_edges = 0, base_faces = 0;
     std::uint16_t tiles = 1;
     std::uint8_t first_tiled_level = 0;  // levels below have one tile, numbered 0; 0 where tiles is 1
+    /// The last part of several may be the input's own triangles, of level 0: once its base has come, it stands for all
+    /// of the model.
+    bool supersedes = false;
     friend bool operator==(const PartInfo&, const PartInfo&) = default;
 };
 
@@ -55,6 +58,12 @@ Result<Toc> read_toc(const FileHeader& header, ByteSpan index, std::uint64_t fil
 
 /// Malformed where an id names a part, tile, level or layer that the header does not have.
 Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id);
+
+/// Finest level of all parts.
+unsigned finest_level(const FileHeader& header);
+/// Whether a view of layers up to `layer` is made of this chunk, too: all of their layers and all bases are, but
+/// nothing of a closing part unless no layer is left out.
+bool in_layers(const FileHeader& header, const ChunkId& id, unsigned layer);
 
 /// Error values on disk are hundredths of a decibel (FORMAT.md 5): 20 log10(1/error), rounded; 65535 stands for 0.
 std::uint16_t error_to_disk(double error);

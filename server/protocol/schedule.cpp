@@ -35,6 +35,15 @@ std::vector<unsigned> priorities(const Request& request) {
 
 }  // namespace
 
+bool wants_everything(const FileHeader& header, const Request& request) {
+    const auto is_capped = [&](const TilePriority& t) {
+        return t.priority == 0 || (t.part < header.parts.size() && t.max_level < header.parts[t.part].levels);
+    };
+    return request.other_priority != 0 && request.max_level > finest_level(header) &&
+           request.max_layer + 1 >= header.layers &&
+           std::none_of(request.tiles.begin(), request.tiles.end(), is_capped);
+}
+
 Schedule::Schedule(const Toc& toc, Request request)
     : toc_(&toc),
       request_(std::move(request)),
@@ -48,9 +57,9 @@ Schedule::Schedule(const Toc& toc, Request request)
 
 bool Schedule::in_pass(const ChunkId& id) const {
     const unsigned pass = passes_[pass_];
+    if (id.channel == Channel::Original || toc_->header.parts[id.part].supersedes)
+        return pass_ + 1 == passes_.size() && wants_everything(toc_->header, request_);
     if (id.channel == Channel::Base) return pass == kBasePass;
-    if (id.channel == Channel::Original)  // behind all else, for those who want everything
-        return pass_ + 1 == passes_.size() && request_.max_level >= toc_->header.parts[0].levels;
     if (pass == kBasePass || id.level > request_.max_level || id.layer > request_.max_layer) return false;
     // Coarse levels have one tile for all: whatever is seen of the part needs it, before anything finer.
     if (id.channel == Channel::Attributes || id.level < toc_->header.parts[id.part].first_tiled_level)

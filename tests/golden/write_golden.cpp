@@ -16,7 +16,9 @@ int main(int argc, char** argv) {
     if (argc != 2) return 2;
     const std::string folder = std::string(argv[1]) + "/";
     for (const mvw::GoldenModel& model : mvw::golden_models()) {
-        const mvw::Bytes file = mvw::encode_parts(model.parts, model.options).file;
+        const bool whole = model.parts.empty();
+        const mvw::Bytes file = whole ? mvw::encode(model.mesh, model.options).value().file
+                                      : mvw::encode_parts(model.parts, model.options).file;
         mvw::Decoder decoder;
         const bool fed = decoder.feed(file).ok();
         // Before the mesh, which turns attributes into what they are of a vertex.

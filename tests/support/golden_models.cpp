@@ -1,6 +1,7 @@
 #include "tests/support/golden_models.h"
 
 #include "tests/support/semi_regular_models.h"
+#include "tests/support/shapes.h"
 
 namespace mvw {
 
@@ -65,6 +66,8 @@ std::vector<GoldenModel> golden_models() {
         model.options.target_error = 1e-3;
         model.options.threads = 1;
     }
+    models.push_back({"closing", {}, {}, rough_torus(41, 23, 0.01)});
+    models.back().options.threads = 1;
     return models;
 }
 

@@ -11,10 +11,12 @@ struct GoldenModel {
     std::string name;
     std::vector<SemiRegularMesh> parts;
     EncodeOptions options;
+    Mesh mesh{};  // encoded as any input, where there are no parts
 };
 
 /// "mixed" (tiles, creases, materials, a part by Draco alone), "colors" (with alpha, and the original mesh), "fields"
-/// (normals, scalars), "fast", then the transforms by name.
+/// (normals, scalars), "fast", "lossless", the transforms by name, "closing" (that ends with the input's own
+/// triangles).
 std::vector<GoldenModel> golden_models();
 
 /// File names of a golden model: what a decoder reads, the mesh and the digest of coefficients that it must give.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numbers>
+#include <random>
 #include <utility>
 
 namespace mvw {
@@ -67,6 +68,14 @@ Mesh torus(std::uint32_t around, std::uint32_t along) {
             mesh.faces.push_back({a, b, c});
             mesh.faces.push_back({a, c, d});
         }
+    return mesh;
+}
+
+Mesh rough_torus(std::uint32_t around, std::uint32_t along, double noise) {
+    Mesh mesh = torus(around, along);
+    std::mt19937 random(7);
+    for (Vec3& p : mesh.positions)
+        for (double* x : {&p.x, &p.y, &p.z}) *x += 2 * noise * (double(random()) / double(std::mt19937::max()) - 0.5);
     return mesh;
 }
 

@@ -15,6 +15,9 @@ Mesh unit_cube();
 Mesh icosphere(unsigned levels);
 /// Torus about z: radius 1, tube 0.4; 2 * around * along faces, 3 or more of each.
 Mesh torus(std::uint32_t around, std::uint32_t along);
+/// The same with noise in each coordinate, up to `noise`: no subdivision connectivity where both are odd, nothing
+/// smooth.
+Mesh rough_torus(std::uint32_t around, std::uint32_t along, double noise);
 
 Mesh moved(Mesh mesh, const Vec3& by);
 Mesh scaled(Mesh mesh, double factor);

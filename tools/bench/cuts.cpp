@@ -25,7 +25,8 @@ std::size_t end_of_bases(ByteSpan file) {
     const Toc toc = read_toc(header, file.subspan(header.index_offset), file.size()).value();
     std::size_t end = header.header_bytes;
     for (const ChunkEntry& c : toc.chunks)
-        if (c.id.channel == Channel::Base) end = std::max<std::size_t>(end, c.offset + c.length);
+        if (c.id.channel == Channel::Base && !header.parts[c.id.part].supersedes)
+            end = std::max<std::size_t>(end, c.offset + c.length);
     return end;
 }
 

@@ -57,10 +57,12 @@ std::function<bool(const ChunkEntry&)> wanted_chunks(const DecodeArguments& argu
     const std::set<std::uint32_t> tiles = tile_list(arguments.tiles);
     return [&arguments, &decoder, tiles](const ChunkEntry& c) {
         if (c.id.channel == Channel::Original || c.offset + c.length > arguments.max_bytes) return false;
-        if (c.id.channel == Channel::Base || c.id.channel == Channel::Attributes) return true;
+        const FileHeader& header = *decoder.header();
+        const bool closing = header.parts[c.id.part].supersedes;
+        if (closing && (!tiles.empty() || arguments.level <= finest_level(header))) return false;
+        if (!closing && (c.id.channel == Channel::Base || c.id.channel == Channel::Attributes)) return true;
         if (arguments.target_error > 0 && decoder.state().error <= arguments.target_error) return false;
-        return tiles.empty() || c.id.level < decoder.header()->parts[c.id.part].first_tiled_level ||
-               tiles.contains(c.id.tile);
+        return tiles.empty() || c.id.level < header.parts[c.id.part].first_tiled_level || tiles.contains(c.id.tile);
     };
 }
 

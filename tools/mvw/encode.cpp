@@ -112,6 +112,7 @@ void print_json(const Encoded& e, double seconds) {
                                       {"left_out", left_out},
                                       {"textured_vertices", e.cleaning.textured_vertices},
                                       {"missing_textures", e.cleaning.missing_textures},
+                                      {"closing_bytes", e.closing_bytes},
                                       {"original_bytes", e.original_bytes},
                                       {"rms", e.rms},
                                       {"max", e.max},
@@ -132,6 +133,7 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
                e.vertices);
     fmt::print("  rms error {:.2e} of the diagonal ({:.2f} dB), largest {:.2e}\n", e.rms, e.psnr, e.max);
     print_attributes(e);
+    if (e.closing_bytes > 0) fmt::print("  {} bytes for the input's own triangles at the end\n", e.closing_bytes);
     if (e.original_bytes > 0) fmt::print("  {} bytes for the original mesh\n", e.original_bytes);
     if (e.draco_area_share > 0)
         fmt::print("  {:.1f} % of the surface coded by Draco alone\n", 100 * e.draco_area_share);
@@ -194,6 +196,9 @@ void add_encode(CLI::App& app) {
         ->capture_default_str();
     command->add_option("--tile-count", options.tile_count, "Tiles of each part (default: chosen from the model)")
         ->check(CLI::Range(1, 65535));
+    command->add_flag("!--no-closing", options.close,
+                      "Wavelets to the end (default: a file ends with the input's own triangles where that is shorter "
+                      "or wavelets stay visibly off)");
     command
         ->add_option("--keep-original", options.keep_original,
                      "Also keep the input mesh (cleaned; without attributes) with so many bits a coordinate; see "

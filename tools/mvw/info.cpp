@@ -33,7 +33,7 @@ struct RatePoint {
 std::vector<RatePoint> points_of(const Toc& toc) {
     std::vector<RatePoint> points;
     unsigned level = 0;
-    const std::size_t parts = toc.header.parts.size();
+    const std::size_t parts = toc.header.parts.size() - (toc.header.parts.back().supersedes ? 1 : 0);
     std::size_t bases = 0;
     for (std::size_t i = 0; i < toc.chunks.size(); ++i) {
         const ChunkEntry& c = toc.chunks[i];
@@ -111,7 +111,7 @@ struct AttributeSummary {
 
 struct Summary {
     unsigned levels = 0, tiles = 0;
-    std::uint64_t base_bytes = 0;
+    std::uint64_t base_bytes = 0, closing_bytes = 0;
     std::vector<AttributeSummary> attributes;
 };
 
@@ -123,11 +123,13 @@ AttributeSummary& entry_of(const AttributeParams& params, std::vector<AttributeS
 
 Summary summary_of(const Toc& toc, ByteSpan file) {
     Summary s;
-    for (const PartInfo& part : toc.header.parts)
-        s.levels = std::max<unsigned>(s.levels, part.levels), s.tiles += part.tiles;
+    s.levels = finest_level(toc.header);
+    for (const PartInfo& part : toc.header.parts) s.tiles += part.supersedes ? 0u : part.tiles;
     std::vector<std::vector<AttributeParams>> of_part(toc.header.parts.size());
     for (const ChunkEntry& c : toc.chunks) {
-        if (c.id.channel == Channel::Base) s.base_bytes += c.length;
+        const bool closing = toc.header.parts[c.id.part].supersedes;
+        if (closing) s.closing_bytes += c.length;
+        if (c.id.channel == Channel::Base && !closing) s.base_bytes += c.length;
         if (c.id.channel == Channel::Attributes) {
             auto attributes = read_attributes(file.subspan(c.offset, c.length), toc.header.parts[c.id.part]);
             if (attributes.ok()) of_part[c.id.part] = std::move(*attributes);
@@ -153,6 +155,7 @@ void print_json(const Toc& toc, const Summary& s, bool chunks) {
                                 {"layers", toc.header.layers},
                                 {"bytes", toc.header.file_bytes()},
                                 {"base_bytes", s.base_bytes},
+                                {"closing_bytes", s.closing_bytes},
                                 {"attributes", attributes},
                                 {"points", nlohmann::json::array()}};
     for (const RatePoint& p : points_of(toc))
@@ -184,7 +187,12 @@ void print_text(const Toc& toc, const Summary& s, bool chunks) {
     fmt::print("transform {}, {} levels, {} tiles, {} layers, {} chunks\n", transform_of(toc.header), s.levels, s.tiles,
                toc.header.layers, toc.chunks.size());
     for (const PartInfo& part : toc.header.parts)
-        fmt::print("part of {} levels over {} vertices, {} faces\n", part.levels, part.base_vertices, part.base_faces);
+        if (part.supersedes)
+            fmt::print("closing part, {} bytes: the input's own {} vertices, {} faces\n", s.closing_bytes,
+                       part.base_vertices, part.base_faces);
+        else
+            fmt::print("part of {} levels over {} vertices, {} faces\n", part.levels, part.base_vertices,
+                       part.base_faces);
     for (const AttributeSummary& a : s.attributes) print_attribute(a);
     fmt::print("\n{:>10}  level  error\n", "bytes");
     for (const RatePoint& p : points_of(toc)) fmt::print("{:>10}  {:>5}  {}\n", p.bytes, p.level, decibels(p.error));
@@ -212,7 +220,8 @@ void add_info(CLI::App& app) {
     command->add_option("INPUT.mvw", arguments->input, "File to look at")->required();
     command->add_flag("--chunks", arguments->chunks, "List every chunk");
     command->add_flag("--json", arguments->json,
-                      "One JSON object: version transform levels tiles layers bytes base_bytes attributes points");
+                      "One JSON object: version transform levels tiles layers bytes base_bytes closing_bytes "
+                      "attributes points");
     command->callback([arguments] { info(*arguments); });
 }
 

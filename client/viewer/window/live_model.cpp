@@ -27,7 +27,7 @@ Decoder decoder_of_file(ByteSpan file, const Limits& limits, unsigned layer, dou
     (void)decoder.feed_header(file.first(header->header_bytes)).ok();
     for (const ChunkEntry& chunk : toc->chunks) {
         if (chunk.offset + chunk.length > front.size()) break;
-        if (chunk.id.layer <= layer || chunk.id.channel == Channel::Base)
+        if (in_layers(*header, chunk.id, layer))
             (void)decoder.feed_chunk(chunk.id, file.subspan(chunk.offset, chunk.length), chunk.crc32c).ok();
     }
     return decoder;
@@ -210,8 +210,9 @@ void LiveModel::draw(const Decoder& decoder, const DecodeState& state, const Les
         frame->decode_seconds = decode_seconds_;
         frame->file_bytes = decoder.header()->file_bytes();
         frame->layers = decoder.header()->layers;
-        frame->parts = static_cast<unsigned>(decoder.header()->parts.size());
-        for (const PartInfo& p : decoder.header()->parts) frame->levels = std::max<unsigned>(frame->levels, p.levels);
+        frame->parts =
+            static_cast<unsigned>(decoder.header()->parts.size()) - decoder.header()->parts.back().supersedes;
+        frame->levels = finest_level(*decoder.header());
     }
     const std::lock_guard lock(mutex_);
     answered_ = version;

@@ -105,7 +105,7 @@ Result<const Decoder*> Model::decoder_of(const View& view) {
     }
     for (; subset_chunks_ < wanted; ++subset_chunks_) {
         const Chunk& c = chunks_[subset_chunks_];
-        if (c.id.layer <= view.layer || c.id.channel == Channel::Base)
+        if (in_layers(*decoder_.header(), c.id, view.layer))
             (void)subset_->feed_chunk(c.id, ByteSpan(bytes_).subspan(c.at, c.length), c.crc32c).ok();
     }
     return &*subset_;
@@ -126,12 +126,12 @@ Result<void> Model::draw(const View& view) {
 std::string Model::describe() const {
     const FileHeader* header = decoder_.header();
     if (header == nullptr) return {};
-    unsigned levels = 0;
-    for (const PartInfo& part : header->parts) levels = std::max<unsigned>(levels, part.levels);
+    const unsigned levels = finest_level(*header);
     std::string vertices = "[", faces = "[";
     for (unsigned level = 0; level <= levels; ++level) {
         std::uint64_t V = 0, F = 0;
         for (const PartInfo& part : header->parts) {
+            if (part.supersedes) continue;
             const unsigned l = std::min<unsigned>(level, part.levels);
             V += vertices_at_level(part.base_vertices, part.base_edges, part.base_faces, l);
             F += std::uint64_t{part.base_faces} << (2 * l);
@@ -144,7 +144,7 @@ std::string Model::describe() const {
     field(json, "version", std::to_string(header->version));
     field(json, "transform",
           known ? "\"" + std::string(transform_name(TransformKind{header->transform})) + "\"" : "null");
-    field(json, "parts", std::to_string(header->parts.size()));
+    field(json, "parts", std::to_string(header->parts.size() - header->parts.back().supersedes));
     field(json, "levels", std::to_string(levels));
     field(json, "layers", std::to_string(header->layers));
     field(json, "headerBytes", std::to_string(header->header_bytes));

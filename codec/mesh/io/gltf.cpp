@@ -103,6 +103,7 @@ class SceneReader {
         if (!in_range(node.mesh, model_.meshes)) return malformed(fmt::format("there is no mesh {}", node.mesh));
         const Result<std::vector<Affine>> instances = instances_of(model_, node);
         if (!instances) return instances.error();
+        if (!spend(instances->size())) return over_budget();
         for (const Affine& instance : *instances) {
             const auto& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
             if (const auto done = add_mesh(mesh, to_world.after(instance)); !done) return done;

@@ -23,8 +23,9 @@ struct DracoRows {
     std::map<int, PlainRows> attributes;
 };
 
-/// Malformed where the stream is damaged, no triangle mesh, or says that it is larger than its bytes can hold (checked
-/// before Draco allocates); Unsupported where it is not of bitstream 2.2, glTF's only one. Errors name no view.
+/// Malformed where the stream is damaged, no triangle mesh, or says that it has more faces or vertices than its bytes
+/// can hold (checked before Draco allocates; what its attributes take is Draco's to bound); Unsupported where it is not
+/// of bitstream 2.2, glTF's only one. Errors name no view.
 Result<DracoRows> decode_gltf_draco(ByteSpan stream);
 
 }  // namespace mvw

@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <span>
 
 #include "codec/mesh/io/gltf_accessor.h"
 

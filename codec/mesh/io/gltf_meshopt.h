@@ -2,6 +2,7 @@
 #pragma once
 #include <tiny_gltf.h>
 
+#include <string>
 #include <vector>
 
 #include "codec/bytes.h"

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 #include <set>
+#include <vector>
 
 #include "codec/mesh/io/gltf_accessor.h"
 #include "codec/mesh/io/gltf_draco.h"
@@ -14,9 +16,9 @@
 namespace mvw {
 namespace {
 
-/// All views of a file together unpack to no more than its bytes can hold, as they have none in common, and sparse
-/// accessors to this much more.
-constexpr std::uint64_t kFreeBytes = 1u << 24;
+/// All of a file may unpack to kMostPerByte times its bytes (meshopt's views come to a quarter of it, Draco's streams
+/// of real meshes to less) and this much more.
+constexpr std::uint64_t kMostPerByte = 4 * kMostMeshoptPerByte, kFreeBytes = 1u << 24;
 
 Error malformed(std::string reason) {
     return {Errc::Malformed, 0, std::move(reason)};
@@ -31,7 +33,7 @@ const tinygltf::Value* extension_of(const Extensible& object, const char* name) 
 class Unpacker {
  public:
     explicit Unpacker(tinygltf::Model& model) : model_(model), budget_(kFreeBytes) {
-        for (const tinygltf::Buffer& buffer : model.buffers) budget_ += kMostMeshoptPerByte * buffer.data.size();
+        for (const tinygltf::Buffer& buffer : model.buffers) budget_ += kMostPerByte * buffer.data.size();
     }
 
     Result<void> run() {
@@ -135,6 +137,10 @@ class Unpacker {
         if (!stream) return stream.error();
         Result<DracoRows> rows = decode_gltf_draco(*stream);
         if (!rows) return Error{rows.error().code, 0, fmt::format("buffer view {} {}", view, rows.error().message)};
+        std::uint64_t bytes = rows->corners.bytes.size();
+        for (const auto& [id, attribute] : rows->attributes) bytes += attribute.bytes.size();
+        if (const auto fine = spend(bytes, 1); !fine)
+            return Error{fine.error().code, 0, fmt::format("buffer view {} {}", view, fine.error().message)};
         to.corners = add_accessor(std::move(rows->corners));
         for (auto& [id, attribute] : rows->attributes) to.attributes[id] = add_accessor(std::move(attribute));
         return {};
@@ -166,6 +172,7 @@ class Unpacker {
             of.byteOffset = static_cast<std::size_t>(std::max(0, offset));
             of.componentType = component_type;
             of.type = type;
+            of.normalized = false;  // raw numbers
             of.count = static_cast<std::size_t>(std::max(0, sparse.sparse.count));
             return open_accessor(model_, of, name);
         };
@@ -198,7 +205,7 @@ class Unpacker {
     }
 
     tinygltf::Model& model_;
-    std::uint64_t budget_;  // bytes that may still be unpacked, but for Draco's, which sees to itself
+    std::uint64_t budget_;  // bytes that may still be unpacked
     std::map<int, DracoAccessors> draco_;
 };
 

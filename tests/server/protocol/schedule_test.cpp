@@ -39,6 +39,31 @@ TEST_F(ScheduleTest, AllOfItIsFileOrder) {
     EXPECT_EQ(w.reason, EndReason::Complete);
 }
 
+TEST_F(ScheduleTest, AClosingPartComesLastToThoseWhoWantEverything) {
+    Toc toc = toc_;
+    PartInfo closing = toc.header.parts[0];
+    closing.levels = 0;
+    closing.supersedes = true;
+    toc.header.parts.push_back(closing);
+    const auto count = static_cast<std::uint32_t>(toc.chunks.size());
+    toc.chunks.push_back({{1, 0, 0, 0, Channel::Base}, 0, 10, 0, 0.001f});
+    toc.chunks.push_back({{1, 1, 0, 3, Channel::Geometry}, 0, 10, 0, 0.0005f});
+    Request all;
+    all.tiles = {{0, 2, 9, 255}};
+    const Walk w = walk(toc, all);
+    ASSERT_EQ(w.order.size(), count + 2);
+    EXPECT_EQ(w.order[count], count);
+    EXPECT_EQ(w.order[count + 1], count + 1);
+    Request coarse, layers, some, far;
+    far.tiles = {{0, 2, 9, 1}};
+    coarse.max_level = toc.header.parts[0].levels;
+    layers.max_layer = static_cast<std::uint8_t>(toc.header.layers - 2);
+    some.tiles = all.tiles;
+    some.other_priority = 0;
+    for (const Request& r : {coarse, layers, some, far})
+        for (const std::uint32_t i : walk(toc, r).order) EXPECT_LT(i, count);
+}
+
 TEST_F(ScheduleTest, HeldChunksAreLeftOut) {
     Request r;
     for (const std::uint32_t i : {0u, 1u, 2u, 9u}) r.held.insert(i);

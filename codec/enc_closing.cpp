@@ -1,0 +1,200 @@
+#include "codec/enc_closing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "codec/container/crc32c.h"
+#include "codec/decoder.h"
+
+namespace mvw {
+
+namespace {
+
+constexpr double kBitsAtLeast = 9;       // a vertex, that a closing part takes
+constexpr double kGoodEnough = 1.78e-4;  // RMS, 75 dB: while its base comes, the picture is at least as good
+constexpr double kDecibel = 1.09;        // of 1.122: the step from wavelets to what follows them
+constexpr double kInvisible = 2.5e-5;    // RMS, 92 dB: what is better counts no more
+constexpr double kVisible = 2e-3;        // largest distance, or ...
+constexpr double kRough = 1e-4;          // ... RMS error, of surfaces that may take more bytes, ...
+constexpr double kMostGrowth = 2.5;      // ... so many times more
+constexpr double kFinestError = 3e-6, kFinalError = 3e-5;  // RMS, that a closed file leaves at least, at most ...
+constexpr double kFinalShare = 0.75;                       // ... and of what wavelets left
+// dB in the mean of all beginnings that a closed file may lose: times the share by which it is shorter, or where
+// something was wrong.
+constexpr double kMostLost = 0.25, kMostLostVisible = 0.5;
+constexpr double kFinerGain = 0.1;                              // dB in the mean, for a finer grid than the coarsest
+constexpr unsigned kFewestBits = 7, kMostBits = 14;             // of the grid
+constexpr unsigned kMostTried = 3;                              // grids
+constexpr std::uint32_t kVerticesOfTile = 60, kMostTiles = 16;  // so that one tile more is a small step, too
+constexpr double kSharp = 0.87;                                 // cosine of 30 degrees
+constexpr std::uint32_t kSamples = 30'000, kVertexStride = 10;
+
+/// In coded units; edges between faces that meet at an angle are creases, so that their ends have no coarse steps.
+std::optional<SemiRegularMesh> part_of(const EncoderInput& input) {
+    SemiRegularMesh mesh;
+    const Mesh& from = input.mesh();
+    Result<BaseMesh> base = BaseMesh::create(static_cast<std::uint32_t>(from.positions.size()), from.faces);
+    if (!base.ok()) return std::nullopt;
+    mesh.base = std::move(*base);
+    for (const Vec3& p : from.positions) mesh.positions.push_back(input.to_coded_units(p));
+    const auto normal = [&](std::uint32_t f) {
+        const Face& c = mesh.base.faces()[f];
+        return normalized(
+            cross(mesh.positions[c[1]] - mesh.positions[c[0]], mesh.positions[c[2]] - mesh.positions[c[0]]));
+    };
+    for (const BaseEdge& e : mesh.base.edges())
+        mesh.creases.push_back(e.face[1] != kNone && dot(normal(e.face[0]), normal(e.face[1])) < kSharp);
+    return mesh;
+}
+
+/// RMS error of the input with its vertices on a grid.
+double error_on_grid(const EncoderInput& input, const SemiRegularMesh& mesh, unsigned bits, unsigned threads) {
+    Mesh rounded;
+    rounded.faces = input.mesh().faces;
+    const double scale = std::ldexp(1.0, static_cast<int>(bits));
+    for (const Vec3& p : mesh.positions)
+        rounded.positions.push_back(input.to_model_units(
+            {std::round(p.x * scale) / scale, std::round(p.y * scale) / scale, std::round(p.z * scale) / scale}));
+    if (!measurable(rounded)) return 1;
+    return input.reference().error_of(rounded, {kSamples, threads, kVertexStride}).rms;
+}
+
+/// A grid for the vertices, and the RMS error that it leaves.
+struct RatedGrid {
+    unsigned bits;
+    double error;
+};
+
+/// The coarsest grid that is good enough and some finer ones, but none so fine that the step to it from the wavelets at
+/// their end would be large.
+std::vector<RatedGrid> grids_to_try(const EncoderInput& input, const SemiRegularMesh& mesh, double wavelets,
+                                    unsigned threads) {
+    std::vector<RatedGrid> grids;
+    for (unsigned bits = kFewestBits; bits <= kMostBits && grids.size() < kMostTried; ++bits) {
+        const double error = error_on_grid(input, mesh, bits, threads);
+        if (!grids.empty() && error * kDecibel < wavelets) break;
+        if (!grids.empty() && grids.back().error > kGoodEnough) grids.clear();
+        grids.push_back({bits, error});
+    }
+    return grids;
+}
+
+double bytes_of(std::span<const PlannedChunk> chunks) {
+    double bytes = 0;
+    for (const PlannedChunk& c : chunks) bytes += double(c.payload.size());
+    return bytes;
+}
+
+/// What the beginnings of a file are worth: the integral of PSNR over the logarithm of bytes.
+class Worth {
+ public:
+    void add(double bytes, double rms) {
+        if (at_ > 0) sum_ += psnr_ * std::log((at_ + bytes) / at_);
+        if (at_ == 0) first_ = bytes;
+        at_ += bytes;
+        psnr_ = -20 * std::log10(std::max(rms, kInvisible));
+    }
+    [[nodiscard]] double first() const { return first_; }
+    [[nodiscard]] double up_to(double bytes) const { return sum_ + psnr_ * std::log(std::max(bytes / at_, 1.0)); }
+
+ private:
+    double first_ = 0, at_ = 0, psnr_ = 0, sum_ = 0;
+};
+
+unsigned planes_of(const CodedPart& part) {
+    unsigned planes = 1;
+    for (const CodedBlock& block : part.blocks)
+        if (!block.planes.planes.empty()) planes = std::max(planes, block.planes.planes.front().plane + 1);
+    return planes;
+}
+
+Closing close_with(const SemiRegularMesh& mesh, const RatedGrid& grid, const Opening& opening,
+                   const ClosingOptions& options) {
+    PartPrecision precision;
+    precision.base_bits = grid.bits;
+    precision.supersedes = true;
+    precision.fast = options.fast;
+    precision.error = std::clamp(kFinalShare * opening.whole.rms, kFinestError, kFinalError);
+    precision.tiles =
+        std::clamp(mesh.base.vertex_count() / kVerticesOfTile, 1u, std::min(kMostTiles, mesh.base.face_count()));
+    Closing closing;
+    std::vector<CodedPart> parts;
+    parts.push_back(code_part(mesh, TransformOptions{}, precision, {}, options.threads));
+    closing.info = {0,
+                    mesh.base.vertex_count(),
+                    mesh.base.edge_count(),
+                    mesh.base.face_count(),
+                    static_cast<std::uint16_t>(precision.tiles),
+                    0,
+                    true};
+    closing.layers = std::max(opening.layers, planes_of(parts.front()));
+    OrderOptions order;
+    order.layers = closing.layers;
+    order.area_share = {1};
+    order.least_bytes = 1;  // each plane of a tile by itself: together they would be a large step
+    closing.chunks = order_chunks(parts, order);
+    closing.base_error = grid.error;
+    const auto near = [&](const PlannedChunk& c) { return c.error <= grid.error * kDecibel; };
+    const auto last = std::ranges::find_if(opening.plan, near);
+    closing.opening_chunks = static_cast<std::size_t>(last - opening.plan.begin()) + (last != opening.plan.end());
+    return closing;
+}
+
+/// The fewest of the opening's chunks that show about what the closing part's base does: errors are stated between
+/// points that were measured, so those about `stated` chunks are measured here.
+std::size_t chunks_as_good(const EncoderInput& input, const Opening& opening, std::size_t stated, double base_error,
+                           unsigned threads) {
+    constexpr std::size_t kAbout = 5;
+    constexpr double kNoFall = 1.005;
+    Decoder decoder;
+    (void)decoder.feed_header(opening.file).ok();
+    for (std::size_t i = 0; i < opening.plan.size(); ++i) {
+        const PlannedChunk& c = opening.plan[i];
+        (void)decoder.feed_chunk(c.id, c.payload, crc32c(c.payload)).ok();
+        if (i + kAbout < stated || c.id.channel == Channel::Base) continue;
+        const Result<Mesh> mesh = decoder.mesh();
+        if (!mesh.ok() || !measurable(*mesh)) continue;
+        const double rms = input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
+        if (rms < base_error * kNoFall) return i;  // what follows would be worse
+        if (rms <= base_error * kDecibel) return i + 1;
+    }
+    return opening.plan.size();
+}
+
+}  // namespace
+
+std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options) {
+    const double wavelets = bytes_of(opening.plan);
+    const bool visible = opening.whole.max > kVisible || opening.whole.rms > kRough;
+    const double most = wavelets * (visible ? kMostGrowth : 1);
+    if (double(input.mesh().positions.size()) * kBitsAtLeast / 8 > most) return std::nullopt;
+    const std::optional<SemiRegularMesh> mesh = part_of(input);
+    if (!mesh) return std::nullopt;
+
+    Worth alone;
+    for (const PlannedChunk& c : opening.plan) alone.add(double(c.payload.size()), c.error);
+    std::optional<Closing> best;
+    double gain = 0;  // dB in the mean
+    for (const RatedGrid& grid : grids_to_try(input, *mesh, opening.whole.rms, options.threads)) {
+        Closing closing = close_with(*mesh, grid, opening, options);
+        const auto stays = std::span(opening.plan).first(closing.opening_chunks);
+        const double bytes = bytes_of(stays) + bytes_of(closing.chunks), end = std::max(bytes, wavelets);
+        Worth closed;
+        for (const PlannedChunk& c : stays) closed.add(double(c.payload.size()), c.error);
+        for (const PlannedChunk& c : closing.chunks)
+            closed.add(double(c.payload.size()), std::min(std::sqrt(c.error), grid.error));
+        const double gain_here = (closed.up_to(end) - alone.up_to(end)) / std::log(end / alone.first());
+        const double most_lost = visible ? kMostLostVisible : kMostLost * wavelets / bytes;
+        if (bytes > most || gain_here < -most_lost) continue;
+        if (best && gain_here < gain + kFinerGain) continue;  // finer grids come later in the file
+        gain = gain_here;
+        best = std::move(closing);
+    }
+    if (!best) return best;
+    best->opening_chunks = chunks_as_good(input, opening, best->opening_chunks, best->base_error, options.threads);
+    const double bytes = bytes_of(std::span(opening.plan).first(best->opening_chunks)) + bytes_of(best->chunks);
+    return bytes <= most ? std::move(best) : std::nullopt;
+}
+
+}  // namespace mvw
