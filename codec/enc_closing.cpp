@@ -17,14 +17,14 @@ constexpr double kDecibel = 1.09;        // of 1.122: the step from wavelets to 
 constexpr double kInvisible = 2.5e-5;    // RMS, 92 dB: what is better counts no more
 constexpr double kVisible = 2e-3;        // largest distance, or ...
 constexpr double kRough = 1e-4;          // ... RMS error, of surfaces that may take more bytes, ...
-constexpr double kMostGrowth = 2.5;      // ... so many times more
+constexpr double kMostGrowth = 4;        // ... so many times more
 constexpr double kFinestError = 3e-6, kFinalError = 3e-5;  // RMS, that a closed file leaves at least, at most ...
 constexpr double kFinalShare = 0.75;                       // ... and of what wavelets left
 // dB in the mean of all beginnings that a closed file may lose: times the share by which it is shorter, or where
 // something was wrong.
 constexpr double kMostLost = 0.25, kMostLostVisible = 0.5;
 constexpr double kFinerGain = 0.1;                              // dB in the mean, for a finer grid than the coarsest
-constexpr unsigned kFewestBits = 7, kMostBits = 14;             // of the grid
+constexpr unsigned kFewestBits = 9, kMostBits = 14;             // of the grid: coarser ones look rough
 constexpr unsigned kMostTried = 3;                              // grids
 constexpr std::uint32_t kVerticesOfTile = 60, kMostTiles = 16;  // so that one tile more is a small step, too
 constexpr double kSharp = 0.87;                                 // cosine of 30 degrees

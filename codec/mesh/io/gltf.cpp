@@ -334,6 +334,16 @@ Result<std::string> json_for_tinygltf(std::string_view text) {
     return changed ? gltf.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) : std::string();
 }
 
+/// tinygltf forgets the head of the binary chunk when it holds its length against the file's (as of 2.7.0).
+Result<void> check_binary_chunk(ByteSpan file) {
+    const std::size_t at = std::min(file.size(), kGlbHead + json_of(as_text(file), true).size());
+    ByteReader in(file.subspan(at));
+    const std::uint32_t length = in.u32();
+    in.u32();  // type
+    if (in.ok() && length > in.remaining()) return malformed("is no valid glTF: its binary chunk is cut");
+    return {};
+}
+
 /// The file with other JSON.
 Bytes with_json(ByteSpan file, bool binary, std::string json) {
     if (!binary) return Bytes(as_bytes(json).begin(), as_bytes(json).end());
@@ -404,6 +414,7 @@ Result<Polygons> read_gltf(ByteSpan bytes, bool binary, const Surroundings& arou
     if (bytes.size() > 0xFFFFFFFFu) return Error{Errc::LimitExceeded, 0, "is over 4 GB, which glTF does not allow"};
     Result<std::string> json = json_for_tinygltf(json_of(as_text(bytes), binary));
     if (!json) return json.error();
+    if (const auto fine = binary ? check_binary_chunk(bytes) : Result<void>(); !fine) return fine.error();
     tinygltf::Model model;
     const Bytes completed = json->empty() ? Bytes() : with_json(bytes, binary, std::move(json).value());
     if (const auto loaded = load(completed.empty() ? bytes : ByteSpan(completed), binary, around, model); !loaded)

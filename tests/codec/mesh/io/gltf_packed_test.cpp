@@ -395,6 +395,22 @@ TEST(PackedGltf, InstancesAreAllThere) {
     EXPECT_FALSE(read(gltf.json()).ok()) << "no instance, no face";
 }
 
+/// Found by fuzzing: up to 8 bytes behind the file were read.
+TEST(PackedGltf, BinaryChunksThatEndBehindTheFileAreRefused) {
+    const Mesh mesh = sample();
+    Bytes file = meshopt_gltf(mesh, {}).glb();
+    ByteReader head(ByteSpan(file).subspan(12));
+    const std::size_t at = 20 + head.u32();  // of the binary chunk's length
+    for (const unsigned more : {4u, 8u}) {
+        Bytes longer = file;
+        longer[at] = static_cast<std::byte>(std::to_integer<unsigned>(file[at]) + more);
+        CleanReport report;
+        const Result<Mesh> back = read_mesh_from_memory(longer, MeshFormat::Glb, report);
+        ASSERT_FALSE(back.ok()) << more;
+        EXPECT_THAT(back.error().message, HasSubstr("binary chunk is cut"));
+    }
+}
+
 TEST(PackedGltf, FilesAsToolsWriteThemAreRead) {
     for (const std::string name : {"packed_draco.glb", "packed_meshopt.glb"}) {
         CleanReport report;
