@@ -46,7 +46,9 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
         const bool end = i + 1 == plan.size();
         const auto closes = [&](std::size_t k) { return decoder.header()->parts[plan[k].id.part].supersedes; };
         const bool seam = (!end && closes(i) != closes(i + 1)) || (i > 0 && closes(i) != closes(i - 1));
-        const bool changed = seam || plan.size() < kFewChunks || i + 1 == bases ||
+        // Estimates of a closing part's planes are rougher than those of details: they know of vertices only.
+        const bool rough = closes(i) && i % 2 == 0;
+        const bool changed = seam || rough || plan.size() < kFewChunks || i + 1 == bases ||
                              plan[i].error < error / (ratio * ratio) || bytes > ratio * bytes_then;
         if (i + 1 < bases || (!end && !changed)) continue;
         const Result<Mesh> mesh = decoder.mesh();
