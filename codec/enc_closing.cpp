@@ -102,13 +102,6 @@ class Worth {
     double first_ = 0, at_ = 0, psnr_ = 0, sum_ = 0;
 };
 
-unsigned planes_of(const CodedPart& part) {
-    unsigned planes = 1;
-    for (const CodedBlock& block : part.blocks)
-        if (!block.planes.planes.empty()) planes = std::max(planes, block.planes.planes.front().plane + 1);
-    return planes;
-}
-
 Closing close_with(const SemiRegularMesh& mesh, const RatedGrid& grid, const Opening& opening,
                    const ClosingOptions& options) {
     PartPrecision precision;
@@ -128,7 +121,7 @@ Closing close_with(const SemiRegularMesh& mesh, const RatedGrid& grid, const Ope
                     static_cast<std::uint16_t>(precision.tiles),
                     0,
                     true};
-    closing.layers = std::max(opening.layers, planes_of(parts.front()));
+    closing.layers = std::max(opening.layers, layers_of(parts));
     OrderOptions order;
     order.layers = closing.layers;
     order.area_share = {1};

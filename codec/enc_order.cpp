@@ -208,6 +208,14 @@ class Sorter {
 
 }  // namespace
 
+unsigned layers_of(const std::vector<CodedPart>& parts) {
+    unsigned layers = 1;
+    for (const CodedPart& part : parts)
+        for (const CodedBlock& block : part.blocks)
+            if (!block.planes.planes.empty()) layers = std::max(layers, block.planes.planes.front().plane + 1);
+    return layers;
+}
+
 std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, const OrderOptions& options) {
     std::vector<PlannedChunk> plan = Planner(parts, options).run();
     sort_chunks(plan);

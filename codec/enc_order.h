@@ -26,6 +26,9 @@ struct OrderOptions {
     double floor = 0;                // mean squared error that remeshing left
 };
 
+/// How many layers a file of these parts has: its planes, from the highest that any block holds.
+unsigned layers_of(const std::vector<CodedPart>& parts);
+
 /// Bases first, small ones before large ones. Then every plane of every block.
 std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, const OrderOptions& options);
 

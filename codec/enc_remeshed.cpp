@@ -83,14 +83,6 @@ PartInfo info_of(const SemiRegularMesh& mesh, const PartPrecision& precision) {
             static_cast<std::uint8_t>(precision.tiles > 1 ? precision.first_tiled_level : 0)};
 }
 
-unsigned layers_of(const std::vector<CodedPart>& parts) {
-    unsigned layers = 1;
-    for (const CodedPart& part : parts)
-        for (const CodedBlock& block : part.blocks)
-            if (!block.planes.planes.empty()) layers = std::max(layers, block.planes.planes.front().plane + 1);
-    return layers;
-}
-
 std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan) {
     std::vector<ChunkToWrite> out;
     out.reserve(plan.size());

@@ -134,8 +134,7 @@ void time_in_turn(std::span<Contender> contenders) {
 DecodeTime time_chunk(ByteSpan file) {
     const FileHeader header = read_header(file).value();
     const Toc toc = read_toc(header, file.subspan(header.index_offset), file.size()).value();
-    unsigned finest = 0;
-    for (const PartInfo& part : header.parts) finest = std::max<unsigned>(finest, part.levels);
+    const unsigned finest = finest_level(header);
     DecodeTime out{"mvw, one more chunk of the finest level", 0, 0, 0, 0};
     Decoder decoder;
     (void)decoder.feed_header(file).ok();

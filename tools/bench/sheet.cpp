@@ -26,8 +26,7 @@ struct LevelView {
 Result<std::vector<LevelView>> decode_levels(const Mesh& input, ByteSpan file) {
     const auto header = read_header(file);
     if (!header) return header.error();
-    unsigned levels = 0;
-    for (const PartInfo& part : header->parts) levels = std::max<unsigned>(levels, part.levels);
+    const unsigned levels = finest_level(*header);
     std::vector<LevelView> views;
     for (unsigned level = 0; level <= levels; ++level) {
         auto mesh = decode(file, level);
