@@ -23,11 +23,16 @@ double across_of(unsigned levels_above) {
 constexpr double kOwnAcross = 3;
 
 /// Steps whose errors weigh the same on every level; plane 0 leaves about `error`.
-void choose_steps(PartParams& params, const TransformOptions& transform, unsigned levels, double error,
-                  const std::vector<LevelGain>& gains, bool own_triangles) {
-    const double move = error * 1.3;  // of the finest vertices by one step; measured with dead zone and tangents
-    for (unsigned level = 0; level <= levels; ++level) {
-        const double across = own_triangles ? kOwnAcross : transform.local_frames ? across_of(levels - level) : 1;
+void choose_steps(PartParams& params, const TransformOptions& transform, unsigned levels,
+                  const PartPrecision& precision) {
+    const unsigned detailed = levels - precision.bare_levels;
+    const std::vector<LevelGain> gains = synthesis_gains(transform, detailed);
+    const double move = precision.error * 1.3;  // of vertices by one step; measured with dead zone and tangents
+    for (unsigned l = 0; l <= levels; ++l) {
+        const unsigned level = std::min(l, detailed);
+        const double across = precision.supersedes     ? kOwnAcross
+                              : transform.local_frames ? across_of(detailed - level)
+                                                       : 1;
         const double step = move / gains[level].normal;
         params.steps.push_back(step_to_code(std::min(step, 1.0)));
         params.across.push_back(step_to_code(std::min(step * across, 1.0)));
@@ -209,7 +214,7 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     part.mesh = renumber(mesh, part.base);
     if (mesh.levels > 0 || precision.supersedes) {
         const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);
-        choose_steps(part.params, transform, mesh.levels, precision.error, gains, precision.supersedes);
+        choose_steps(part.params, transform, mesh.levels, precision);
         part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
         code_geometry(part, precision, gains, threads);
     }

@@ -15,6 +15,7 @@ struct PartPrecision {
     unsigned base_bits = 9;
     unsigned tiles = 1;
     unsigned first_tiled_level = 0;  // where tiles > 1
+    unsigned bare_levels = 0;        // the finest so many have no details of the shape, attributes alone
     bool supersedes = false;         // the input's own triangles (PartInfo)
     bool fast = false;               // planes packed instead of range-coded
     unsigned lossless = 0;           // bits of the grid on which positions are kept exactly; 0: not so

@@ -11,6 +11,7 @@
 #include "codec/enc_least_bytes.h"
 #include "codec/enc_measured_order.h"
 #include "codec/enc_original.h"
+#include "codec/enc_paint.h"
 #include "codec/remesh/parallel.h"
 
 namespace mvw {
@@ -37,12 +38,26 @@ constexpr double kEnough = 84;                      // ... unless it stays above
 constexpr double kNothing = 35;                     // PSNR that a beginning too short for any surface counts as
 constexpr double kExact = 150;                      // and the most that any does
 constexpr double kMostOverhead = 0.045;             // of the file: heads, header, index
+constexpr double kMostPainted = 1'048'576;          // vertices that a file may come to by levels for colours alone
 
 double area(const Mesh& mesh) {
     double sum = 0;
     for (const Face& f : mesh.faces)
         sum += length(cross(mesh.positions[f[1]] - mesh.positions[f[0]], mesh.positions[f[2]] - mesh.positions[f[0]]));
     return sum / 2;
+}
+
+void lay_tiles(const SemiRegularMesh& part, const EncodeOptions& options, PartPrecision& precision) {
+    const double wanted_tiles =
+        options.tile_count > 0
+            ? options.tile_count
+            : std::min<double>(std::round(double(part.positions.size()) / kVerticesOfTile), kMostTiles);
+    precision.tiles =
+        static_cast<unsigned>(std::clamp(wanted_tiles, 1.0, double(std::min(part.base.face_count(), 65'535u))));
+    const auto vertices_of_tile = [&](unsigned level) { return vertices_at_level(part.base, level) / precision.tiles; };
+    precision.first_tiled_level = 1;
+    while (precision.first_tiled_level < part.levels && vertices_of_tile(precision.first_tiled_level) < kLeastOfTile)
+        ++precision.first_tiled_level;
 }
 
 PartPrecision precision_of(const SemiRegularMesh& part, PartOrigin origin, const EncodeOptions& options,
@@ -60,17 +75,7 @@ PartPrecision precision_of(const SemiRegularMesh& part, PartOrigin origin, const
         precision.base_bits =
             static_cast<unsigned>(std::clamp(std::ceil(-std::log2(precision.error * 3.4)), 10.0, 20.0));
     }
-    if (origin == PartOrigin::Alone) return precision;
-    const double wanted_tiles =
-        options.tile_count > 0
-            ? options.tile_count
-            : std::min<double>(std::round(double(part.positions.size()) / kVerticesOfTile), kMostTiles);
-    precision.tiles =
-        static_cast<unsigned>(std::clamp(wanted_tiles, 1.0, double(std::min(part.base.face_count(), 65'535u))));
-    const auto vertices_of_tile = [&](unsigned level) { return vertices_at_level(part.base, level) / precision.tiles; };
-    precision.first_tiled_level = 1;
-    while (precision.first_tiled_level < part.levels && vertices_of_tile(precision.first_tiled_level) < kLeastOfTile)
-        ++precision.first_tiled_level;
+    if (origin != PartOrigin::Alone) lay_tiles(part, options, precision);
     return precision;
 }
 
@@ -122,19 +127,32 @@ unsigned bits_of_snap(const SemiRegularMesh& mesh) {
     return static_cast<unsigned>(std::clamp(std::round(std::log2(kCellsOfEdge / mean)), 4.0, 12.0));
 }
 
-void code_parts(const Source& source, const BaseGrid& grid, unsigned threads, CodedModel& model) {
+/// painter: null, or gives parts that have details their colours and levels for these.
+void code_parts(const Source& source, const BaseGrid& grid, const Painter* painter, unsigned threads,
+                CodedModel& model) {
     model.parts.clear();
     const TransformOptions transform = as_stored(source.options.transform);
+    double vertices = 0;
+    for (const SemiRegularMesh& part : source.parts) vertices += double(part.positions.size());
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         PartPrecision precision = source.precision[p];
-        const SemiRegularMesh& mesh = source.parts[p];
-        Adaptation::Snapped snapped;
-        const bool snaps = grid.snapped && source.adaptations[p];
-        if (snaps) {
-            precision.base_bits = bits_of_snap(mesh) + grid.finer_bits;
+        Adaptation::Snapped snapped{source.parts[p], {}};
+        if (grid.snapped && source.adaptations[p]) {
+            precision.base_bits = bits_of_snap(snapped.mesh) + grid.finer_bits;
             snapped = source.adaptations[p]->snap(precision.base_bits, threads);
         }
-        model.parts.push_back(code_part(snaps ? snapped.mesh : mesh, transform, precision, snapped.grid, threads));
+        SemiRegularMesh& mesh = snapped.mesh;
+        if (painter && mesh.levels > 0) {
+            // Without details the next level of a recognised mesh would not be flat between its vertices.
+            const bool may_grow =
+                source.options.levels < 0 && source.options.color_levels && source.origins[p] != PartOrigin::Recognized;
+            const double share = double(mesh.positions.size()) / vertices;
+            mesh = painter->paint(std::move(mesh), transform, may_grow ? kMostPainted * share : 0, threads);
+            precision.bare_levels = mesh.levels - source.parts[p].levels;
+            lay_tiles(mesh, source.options, precision);
+            model.header.parts[p] = info_of(mesh, precision);
+        }
+        model.parts.push_back(code_part(mesh, transform, precision, snapped.grid, threads));
     }
     model.order.layers = layers_of(model.parts);
     model.header.layers = static_cast<std::uint8_t>(model.order.layers);
@@ -331,9 +349,9 @@ struct Draft::State {
     BaseGrid grid;
     Coded coded;
 
-    Result<Coded> code(const BaseGrid& with, unsigned threads) const {
+    Result<Coded> code(const BaseGrid& with, unsigned threads, const Painter* painter = nullptr) const {
         Coded out{described, {}, {}};
-        code_parts(source, with, threads, out.model);
+        code_parts(source, with, painter, threads, out.model);
         Result<Bytes> file = plan_file(out.model, out.plan);
         if (!file.ok()) return file.error();
         out.file = std::move(*file);
@@ -416,8 +434,27 @@ Result<void> Draft::lay_bases(const BaseGrid& grid, unsigned threads) {
     return {};
 }
 
+/// Colours that images and materials give are those where the coded vertices are.
+Result<void> Draft::paint(const EncodeOptions& options, Encoded& out) {
+    State& s = *state_;
+    const Mesh& input = s.source.input.mesh();
+    if (!input.paintwork || options.lossless > 0) return {};
+    if (options.progress) options.progress("paint", 0);
+    const FileHeader& header = s.source.input.header();
+    const Vec3 center{header.center[0], header.center[1], header.center[2]};
+    const Painter painter(*input.paintwork, center, header.diagonal, options.threads);
+    Result<Coded> painted = s.code(s.grid, options.threads, &painter);
+    if (!painted.ok()) return painted.error();
+    s.coded = std::move(*painted);
+    for (std::size_t p = 0; p < s.source.parts.size(); ++p)
+        out.color_levels = std::max(out.color_levels, s.coded.model.parts[p].mesh.levels - s.source.parts[p].levels);
+    if (options.progress) options.progress("paint", 1);
+    return {};
+}
+
 Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
     State& s = *state_;
+    if (const Result<void> r = paint(options, out); !r.ok()) return r;
     s.source.adaptations.clear();  // memory
     order_by_measure(s.source.input, s.coded.file, s.coded.plan, options);
     if (options.profile != Profile::Fast) {  // whose cut chunks show nothing

@@ -46,6 +46,7 @@ class Draft {
  private:
     struct State;
     explicit Draft(std::unique_ptr<State> state);
+    Result<void> paint(const EncodeOptions& options, Encoded& out);
     std::unique_ptr<State> state_;
 };
 

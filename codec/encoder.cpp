@@ -79,7 +79,9 @@ Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
                      "a field of the vertices has no name of its own, or not a finite value each"};
     Encoded out;
     out.left_out = choose_fields(asked_for, mesh.fields);
+    const std::shared_ptr<const Paintwork> paintwork = mesh.paintwork;
     mesh = clean(std::move(mesh), out.cleaning);
+    mesh.paintwork = paintwork;
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, "no face of positive area is left to encode"};
     out.input_vertices = mesh.positions.size();
     out.input_faces = mesh.faces.size();

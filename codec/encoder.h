@@ -26,6 +26,7 @@ struct EncodeOptions {
     int levels = -1;               // -1: chosen from the model
     double target_error = 0;       // RMS, fraction of the diagonal; 0: chosen from the model
     unsigned tile_count = 0;       // 0: chosen from the model
+    bool color_levels = true;      // levels of no detail where images need more vertices; none where levels >= 0
     bool close = true;             // with the input's own triangles where that pays (enc_closing.h)
     unsigned keep_original = 0;    // bits of the input mesh's positions in the last chunk, 1 to 30; 0: no such chunk
     /// Bits of a grid (a cell is the diagonal over 2^bits) on which every vertex is kept exactly, 1 to 24; 0: lossy.
@@ -50,6 +51,7 @@ struct Encoded {
     CleanReport cleaning;
     std::uint64_t input_vertices = 0, input_faces = 0;  // after cleaning
     std::uint32_t parts = 0, base_faces = 0, levels = 0;
+    std::uint32_t color_levels = 0;  // of them, that are there for colours alone
     std::uint64_t vertices = 0, base_bytes = 0, color_bytes = 0, original_bytes = 0;
     std::uint64_t closing_bytes = 0;  // of the input's own triangles at the end; 0: none
     std::vector<AttributeBytes> attributes;
@@ -62,7 +64,7 @@ struct Encoded {
 
 /// Cleans, remeshes, transforms, codes. Fails only where nothing is left to code (no face of positive area, a box
 /// whose size is not finite), memory limits are exceeded, or lossless coding is asked for of other than semi-regular
-/// input.
+/// input. Where the mesh has a paintwork, vertices have its colours where they come to lie.
 Result<Encoded> encode(Mesh mesh, const EncodeOptions& options);
 
 }  // namespace mvw

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ struct VertexField {
 };
 inline constexpr std::size_t kMaxFieldName = 63;
 
+class Paintwork;
+
 /// Indexed triangle mesh.
 ///
 /// positions  V points, model units, finite
@@ -40,12 +43,14 @@ inline constexpr std::size_t kMaxFieldName = 63;
 /// colors     empty, or V per-vertex colours
 /// materials  empty, or F labels; faces of one material have one label
 /// fields     any number of scalars of different names, and normals at most once
+/// paintwork  null, or what a file's materials and images say of the surface between its vertices (paintwork.h)
 struct Mesh {
     std::vector<Vec3> positions;
     std::vector<Face> faces;
     std::vector<Rgba8> colors;
     std::vector<std::uint32_t> materials;
     std::vector<VertexField> fields{};
+    std::shared_ptr<const Paintwork> paintwork{};
 };
 
 /// Axis-aligned box; empty (min > max) until a point is added.

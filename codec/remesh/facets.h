@@ -13,10 +13,16 @@ namespace mvw {
 inline constexpr std::uint32_t kMostFacets = 1500;
 
 /// Flags (one for each of `components`) of those among the wanted ones that may be their own bases: of few faces, too,
-/// all together, and without many vertices of a single face, whose details would not be zero. mesh: clean.
-/// component_of_face (F). O(F).
+/// all together, and, unless ears are allowed, without many vertices of a single face, whose details would not be zero.
+/// mesh: clean. component_of_face (F). O(F).
 std::vector<std::uint8_t> choose_facets(const Mesh& mesh, const std::vector<std::uint32_t>& component_of_face,
-                                        std::size_t components, const std::function<bool(std::uint32_t)>& wanted);
+                                        std::size_t components, bool allow_ears,
+                                        const std::function<bool(std::uint32_t)>& wanted);
+
+/// Splits edges opposite vertices of a single face, which have three edges then, and the longest edges until none is
+/// longer than `longest` or there are a quarter more faces (and 64): images on large faces have more vertices to show
+/// on. The surface stays; its vertices come first.
+void split_large_faces(Mesh& mesh, double longest);
 
 /// mesh: clean, F faces. A semi-regular mesh of one level over the same F faces, in their order; every edge is a
 /// crease. Prediction along and beside creases that end at corners is by midpoints, so where each vertex has three

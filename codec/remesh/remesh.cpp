@@ -37,6 +37,7 @@ constexpr std::size_t kBaseReduction = 10;  // input faces for each face of a de
 constexpr std::size_t kFeatureReduction = 3;  // ... and one more for so many edges of features, which it has to follow
 constexpr unsigned kMaxLevels = 8;
 constexpr std::uint32_t kMinComponentFaces = 60;  // a smaller component costs less as it is
+constexpr double kLongestPainted = 1.0 / 64;      // of the diagonal: of painted facets, while few more are enough
 constexpr double kVerticesOfFacets = 6;           // of a remesh that costs as much as one of a few facets
 constexpr double kMinReduction = 2;               // input faces for each base face below which wavelets are pointless
 constexpr double kTargetError = 1e-4;             // of the diagonal: a finer level where it is missed ...
@@ -79,6 +80,7 @@ double area_share(const Mesh& mesh, Wanted wanted) {
 template <typename Wanted>
 Mesh extract_faces(const Mesh& mesh, Wanted wanted) {
     Mesh out;
+    out.paintwork = mesh.paintwork;
     std::vector<std::uint32_t> number(mesh.positions.size(), kNone);
     for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
         if (!wanted(f)) continue;
@@ -362,15 +364,17 @@ RemeshResult remesh_irregular(const Mesh& input, const RemeshOptions& options) {
         add(std::move(*part), PartOrigin::Remeshed, wanted);
     }
     const auto keep_faces = [&](PartOrigin origin, const auto& wanted) {
-        const Mesh kept = extract_faces(input, [&](std::uint32_t f) { return wanted(component[f]); });
+        Mesh kept = extract_faces(input, [&](std::uint32_t f) { return wanted(component[f]); });
         if (kept.faces.empty()) return 0.0;
+        if (origin == PartOrigin::Facets && kept.paintwork) split_large_faces(kept, diagonal * kLongestPainted);
         add(origin == PartOrigin::Facets ? facets_of(kept) : as_it_is(kept), origin, wanted);
         return area_share(unit, [&](std::uint32_t f) { return wanted(component[f]); });
     };
     const std::vector<std::uint32_t> remeshed = part_of_component;
     std::vector<std::uint8_t> facets(parts.size(), 0);
     if (options.levels < 0 && options.base_faces == 0)
-        facets = choose_facets(input, component, parts.size(), [&](std::uint32_t c) { return remeshed[c] == kNone; });
+        facets = choose_facets(input, component, parts.size(), input.paintwork != nullptr,
+                               [&](std::uint32_t c) { return remeshed[c] == kNone; });
     result.facets_area_share = keep_faces(PartOrigin::Facets, [&](std::uint32_t c) { return facets[c] != 0; });
     result.alone_area_share =
         keep_faces(PartOrigin::Alone, [&](std::uint32_t c) { return remeshed[c] == kNone && facets[c] == 0; });

@@ -13,6 +13,7 @@
 namespace mvw {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -99,7 +100,7 @@ TEST(AttributeCommands, ATexturedCowIsColouredAndTheReportSaysSo) {
     const std::string texture = models_folder() + "/spot/spot_texture.png";
     const ProgramRun run = run_mvw({"encode", spot, folder / "spot.mvw", "--texture", texture});
     ASSERT_EQ(run.exit_code, 0) << run.errors;
-    EXPECT_THAT(run.out, HasSubstr("2930 vertices coloured from images, which are not kept themselves"));
+    EXPECT_THAT(run.out, ContainsRegex("colours of [0-9]+ vertices from images, which are not kept themselves"));
     EXPECT_THAT(run.out, HasSubstr("bytes for attribute color"));
     for (const std::string name : {"spot.ply", "spot.obj", "spot.glb"}) {
         EXPECT_EQ(run_mvw({"decode", folder / "spot.mvw", folder / name}).exit_code, 0);

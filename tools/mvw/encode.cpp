@@ -90,7 +90,8 @@ void print_attributes(const Encoded& e) {
     for (const std::string& name : e.left_out) fmt::print("  {} left out: a file holds {} fields\n", name, kMaxFields);
     for (const std::string& name : e.cleaning.dropped_fields) fmt::print("  {} of the input is not kept\n", name);
     if (e.cleaning.textured_vertices > 0)
-        fmt::print("  {} vertices coloured from images, which are not kept themselves\n", e.cleaning.textured_vertices);
+        fmt::print("  colours of {} vertices from images, which are not kept themselves\n", e.vertices);
+    if (e.color_levels > 0) fmt::print("  {} of the levels for colours alone\n", e.color_levels);
     for (const std::string& image : e.cleaning.missing_textures) fmt::print("  not read: {}\n", image);
 }
 
@@ -104,6 +105,7 @@ void print_json(const Encoded& e, double seconds) {
                                       {"facets_area_share", e.facets_area_share},
                                       {"base_faces", e.base_faces},
                                       {"levels", e.levels},
+                                      {"color_levels", e.color_levels},
                                       {"vertices", e.vertices},
                                       {"bytes", e.file.size()},
                                       {"base_bytes", e.base_bytes},
@@ -196,6 +198,8 @@ void add_encode(CLI::App& app) {
         ->capture_default_str();
     command->add_option("--tile-count", options.tile_count, "Tiles of each part (default: chosen from the model)")
         ->check(CLI::Range(1, 65535));
+    command->add_flag("!--no-color-levels", options.color_levels,
+                      "No finer levels than the shape needs (default: more where images show more than vertices hold)");
     command->add_flag("!--no-closing", options.close,
                       "Wavelets to the end (default: a file ends with the input's own triangles where that is shorter "
                       "or wavelets stay visibly off)");

@@ -1,9 +1,8 @@
 // glTF 2.0, .gltf and .glb, through tinygltf: all triangles of the scene with their nodes' transforms applied.
 //
 // tinygltf reads the JSON and the buffers; it checks neither accessors against buffers nor the scene for cycles, and it
-// recurses into free-form values, so all of that is checked here. Where a material has an image for its base colour,
-// all vertices get their material's colour, times the image where it has one. Skins and morph targets are left in rest
-// position. Compressed and sparse data are made plain first (gltf_unpack.h).
+// recurses into free-form values, so all of that is checked here. Skins and morph targets are left in rest position.
+// Compressed and sparse data are made plain first (gltf_unpack.h).
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
@@ -11,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -20,8 +20,8 @@
 #include "codec/mesh/io/gltf_node.h"
 #include "codec/mesh/io/gltf_paint.h"
 #include "codec/mesh/io/gltf_unpack.h"
-#include "codec/mesh/io/srgb.h"
 #include "codec/mesh/io/text.h"
+#include "codec/mesh/srgb.h"
 
 namespace mvw {
 namespace {
@@ -39,8 +39,7 @@ Error malformed(std::string reason) {
 /// Gathers the scene's triangles.
 class SceneReader {
  public:
-    SceneReader(const tinygltf::Model& model, std::uint64_t budget)
-        : model_(model), budget_(budget), paints_(model), painted_(paints_.any_texture()) {}
+    SceneReader(const tinygltf::Model& model, std::uint64_t budget) : model_(model), budget_(budget), paints_(model) {}
 
     Result<Polygons> read() {
         std::vector<std::pair<int, Affine>> open;  // nodes to visit
@@ -62,16 +61,18 @@ class SceneReader {
             for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
                 open.emplace_back(*child, here);
         }
-        out_.textured = painted_ && !out_.positions.empty();
         out_.missing_textures = paints_.missing();
+        if (!paints_.paint()) return std::move(out_);
+        out_.paints = paints_.paints();
+        if (!out_.tints.empty()) out_.tints.resize(out_.positions.size(), kNoTint);
         return std::move(out_);
     }
 
  private:
     /// What a primitive says of its vertices: accessors, -1 for none.
     struct Vertices {
-        int position = -1, color = -1, normal = -1, coordinates = -1, material = -1;  // the last two where painted_
-        std::vector<std::pair<std::string, int>> scalars;                             // by attribute name
+        int position = -1, color = -1, normal = -1;
+        std::vector<std::pair<std::string, int>> scalars;  // by attribute name
         friend auto operator<=>(const Vertices&, const Vertices&) = default;
     };
 
@@ -137,11 +138,7 @@ class SceneReader {
             const auto found = primitive.attributes.find(name);
             return found == primitive.attributes.end() ? -1 : found->second;
         };
-        Vertices out{accessor("POSITION"), accessor("COLOR_0"), accessor("NORMAL"), -1, -1, {}};
-        if (painted_) {
-            out.coordinates = accessor(paints_.of(primitive.material).coordinates);
-            out.material = primitive.material;
-        }
+        Vertices out{accessor("POSITION"), accessor("COLOR_0"), accessor("NORMAL"), {}};
         for (const auto& [name, index] : primitive.attributes)
             if (name.size() > 1 && name[0] == '_') out.scalars.emplace_back(name, index);
         return out;
@@ -156,7 +153,8 @@ class SceneReader {
         const std::size_t first = out_.positions.size();
         for (std::size_t v = 0; v < points->count; ++v)
             out_.positions.push_back(to_world({points->at(v, 0), points->at(v, 1), points->at(v, 2)}));
-        if (const auto done = add_colors(vertices, first); !done) return done;
+        if (vertices.color >= 0)
+            if (const auto done = add_colors(vertices.color, first); !done) return done;
         if (vertices.normal >= 0)
             if (const auto done = add_normals(vertices.normal, to_world, first); !done) return done;
         for (const auto& [name, accessor] : vertices.scalars)
@@ -172,28 +170,18 @@ class SceneReader {
         return values;
     }
 
-    Result<void> add_colors(const Vertices& vertices, std::size_t first) {
-        if (vertices.color < 0 && !painted_) return {};
-        Values colors, coordinates;
-        if (vertices.color >= 0) {
-            const Result<Values> opened = open_of_vertices(vertices.color, first, 3, "colours");
-            if (!opened) return opened.error();
-            colors = *opened;
-        }
-        if (vertices.coordinates >= 0) {
-            const Result<Values> opened = open_of_vertices(vertices.coordinates, first, 2, "texture coordinates");
-            if (!opened) return opened.error();
-            coordinates = *opened;
-        }
-        GltfPaint paint = paints_.of(vertices.material);
-        if (coordinates.count == 0) paint.texture.reset();
+    /// They are of light, and multiplied with paints where there are some.
+    Result<void> add_colors(int accessor, std::size_t first) {
+        const Result<Values> colors = open_of_vertices(accessor, first, 3, "colours");
+        if (!colors) return colors.error();
+        out_.tints.resize(first, kNoTint);
         out_.colors.resize(first);  // white where earlier primitives have none
-        for (std::size_t v = 0; v < out_.positions.size() - first; ++v) {
-            std::array<double, 4> c =
-                paint.texture ? paint.at(coordinates.at(v, 0), coordinates.at(v, 1)) : paint.factor;
-            for (std::size_t k = 0; k < colors.components; ++k) c[k] *= colors.at(v, k);
-            out_.colors.push_back(
-                {to_byte(to_srgb(c[0])), to_byte(to_srgb(c[1])), to_byte(to_srgb(c[2])), to_byte(c[3])});
+        for (std::size_t v = 0; v < colors->count; ++v) {
+            std::array<double, 4> c{1, 1, 1, 1};
+            for (std::size_t k = 0; k < std::min<std::size_t>(colors->components, 4); ++k) c[k] = colors->at(v, k);
+            out_.colors.push_back(to_srgb(c));
+            out_.tints.push_back({});
+            for (std::size_t k = 0; k < 4; ++k) out_.tints.back()[k] = static_cast<float>(std::clamp(c[k], 0.0, 1.0));
         }
         return {};
     }
@@ -241,10 +229,23 @@ class SceneReader {
             const double v = primitive.indices >= 0 ? indices.at(i, 0) : static_cast<double>(i);
             return v < static_cast<double>(points->count) ? base + static_cast<std::uint32_t>(v) : kBadIndex;
         };
+        const std::uint32_t paint = paints_.number_of(primitive.material);
+        const Result<Values> coordinates = coordinates_of(primitive, paint, points->count);
+        if (!coordinates) return coordinates.error();
+        const auto place = [&](std::size_t i) -> std::array<float, 2> {
+            constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+            const std::uint32_t v = vertex(i) - base;
+            if (v >= coordinates->count) return {kNowhere, kNowhere};
+            return {static_cast<float>(coordinates->at(v, 0)), static_cast<float>(coordinates->at(v, 1))};
+        };
         const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
             if (mirrored) std::swap(b, c);
-            for (const std::size_t i : {a, b, c}) out_.corners.push_back(vertex(i));
+            for (const std::size_t i : {a, b, c}) {
+                out_.corners.push_back(vertex(i));
+                if (paints_.paint()) out_.coordinates.push_back(place(i));
+            }
             out_.end_polygon();
+            if (paints_.paint()) out_.paint_of.push_back(paint);
             out_.materials.push_back(static_cast<std::uint32_t>(primitive.material + 1));
         };
         if (primitive.mode == TINYGLTF_MODE_TRIANGLES)
@@ -256,6 +257,17 @@ class SceneReader {
         return {};
     }
 
+    /// Where in its paint's image each of a primitive's vertices lies; none where it has no image or does not say.
+    [[nodiscard]] Result<Values> coordinates_of(const tinygltf::Primitive& primitive, std::uint32_t paint,
+                                                std::size_t vertices) const {
+        const auto found = primitive.attributes.find(paints_.coordinates_of(paint));
+        if (!paints_.paints()[paint].texture || found == primitive.attributes.end()) return Values{};
+        Result<Values> values = open_accessor(model_, found->second);
+        if (values && (values->count != vertices || values->components < 2))
+            return malformed("texture coordinates do not fit their vertices");
+        return values;
+    }
+
     static Error over_budget() {
         return {Errc::LimitExceeded, 0, "places its meshes so often that they are too large together"};
     }
@@ -263,7 +275,7 @@ class SceneReader {
     const tinygltf::Model& model_;
     std::uint64_t budget_;
     const GltfPaints paints_;
-    const bool painted_;  // whether vertices get their materials' colours
+    static constexpr std::array<float, 4> kNoTint{1, 1, 1, 1};
     Polygons out_;
 };
 

@@ -1,7 +1,9 @@
 #include "codec/mesh/io/gltf_paint.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "codec/mesh/io/gltf_accessor.h"
 
@@ -20,52 +22,49 @@ std::array<double, 2> pair_of(const tinygltf::Value& object, const char* name, s
     return {list.Get(0).GetNumberAsDouble(), list.Get(1).GetNumberAsDouble()};
 }
 
-void take_transform(const tinygltf::Value& transform, GltfPaint& paint) {
+/// KHR_texture_transform: first scale, then turn, then offset.
+void take_transform(const tinygltf::Value& transform, Paint& paint, std::string& coordinates) {
     if (!transform.IsObject()) return;
-    paint.offset = pair_of(transform, "offset", paint.offset);
-    paint.scale = pair_of(transform, "scale", paint.scale);
-    if (transform.Get("rotation").IsNumber()) paint.turn = transform.Get("rotation").GetNumberAsDouble();
+    const std::array<double, 2> offset = pair_of(transform, "offset", {0, 0}),
+                                scale = pair_of(transform, "scale", {1, 1});
+    const double turn = transform.Get("rotation").IsNumber() ? transform.Get("rotation").GetNumberAsDouble() : 0;
+    const double c = std::cos(turn), s = std::sin(turn);
+    paint.place = {{{c * scale[0], s * scale[1], offset[0]}, {-s * scale[0], c * scale[1], offset[1]}}};
     if (transform.Get("texCoord").IsInt())
-        paint.coordinates = "TEXCOORD_" + std::to_string(transform.Get("texCoord").GetNumberAsInt());
+        coordinates = "TEXCOORD_" + std::to_string(transform.Get("texCoord").GetNumberAsInt());
 }
 
 }  // namespace
 
-std::array<double, 4> GltfPaint::at(double u, double v) const {
-    std::array<double, 4> out = factor;
-    if (!texture) return out;
-    const double x = u * scale[0], y = v * scale[1], c = std::cos(turn), s = std::sin(turn);
-    const std::array<double, 4> texel = texture->at(c * x + s * y + offset[0], c * y - s * x + offset[1], across, down);
-    for (std::size_t k = 0; k < 4; ++k) out[k] *= texel[k];
-    return out;
-}
-
 GltfPaints::GltfPaints(const tinygltf::Model& model) : model_(model) {
+    bool any_without = false;
     for (const tinygltf::Mesh& mesh : model.meshes)
-        for (const tinygltf::Primitive& primitive : mesh.primitives)
-            if (in_range(primitive.material, model.materials) && !paints_.contains(primitive.material))
-                paints_.emplace(primitive.material,
-                                paint_of(model.materials[static_cast<std::size_t>(primitive.material)]));
+        for (const tinygltf::Primitive& primitive : mesh.primitives) {
+            any_without = any_without || !in_range(primitive.material, model.materials);
+            if (in_range(primitive.material, model.materials) && !number_.contains(primitive.material)) {
+                number_.emplace(primitive.material, static_cast<std::uint32_t>(paints_.size()));
+                add(model.materials[static_cast<std::size_t>(primitive.material)]);
+            }
+        }
+    paint_ = !are_plain(std::span(paints_).subspan(any_without || paints_.size() == 1 ? 0 : 1));
 }
 
-bool GltfPaints::any_texture() const {
-    return std::ranges::any_of(paints_, [](const auto& entry) { return entry.second.texture != nullptr; });
+std::uint32_t GltfPaints::number_of(int material) const {
+    const auto known = number_.find(material);
+    return known != number_.end() ? known->second : 0;
 }
 
-const GltfPaint& GltfPaints::of(int material) const {
-    const auto known = paints_.find(material);
-    return known != paints_.end() ? known->second : white_;
-}
-
-GltfPaint GltfPaints::paint_of(const tinygltf::Material& material) {
-    GltfPaint paint;
+void GltfPaints::add(const tinygltf::Material& material) {
+    Paint& paint = paints_.emplace_back();
+    std::string& coordinates = coordinates_.emplace_back();
     const tinygltf::PbrMetallicRoughness& pbr = material.pbrMetallicRoughness;
-    if (pbr.baseColorFactor.size() == 4) std::ranges::copy(pbr.baseColorFactor, paint.factor.begin());
-    if (!in_range(pbr.baseColorTexture.index, model_.textures)) return paint;
+    if (pbr.baseColorFactor.size() == 4)
+        for (std::size_t k = 0; k < 4; ++k) paint.color[k] = std::clamp(pbr.baseColorFactor[k], 0.0, 1.0);
+    if (!in_range(pbr.baseColorTexture.index, model_.textures)) return;
     const tinygltf::Texture& texture = model_.textures[static_cast<std::size_t>(pbr.baseColorTexture.index)];
     paint.texture = textures_.get(
         texture.source, "image " + std::to_string(texture.source), [&] { return decode(texture.source); }, missing_);
-    paint.coordinates = "TEXCOORD_" + std::to_string(pbr.baseColorTexture.texCoord);
+    coordinates = "TEXCOORD_" + std::to_string(pbr.baseColorTexture.texCoord);
     if (in_range(texture.sampler, model_.samplers)) {
         const tinygltf::Sampler& sampler = model_.samplers[static_cast<std::size_t>(texture.sampler)];
         paint.across = wrap_of(sampler.wrapS);
@@ -73,8 +72,7 @@ GltfPaint GltfPaints::paint_of(const tinygltf::Material& material) {
     }
     const auto& extensions = pbr.baseColorTexture.extensions;
     if (const auto found = extensions.find("KHR_texture_transform"); found != extensions.end())
-        take_transform(found->second, paint);
-    return paint;
+        take_transform(found->second, paint, coordinates);
 }
 
 Result<Texture> GltfPaints::decode(int image) {

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "codec/mesh/io/formats.h"
-#include "codec/mesh/io/srgb.h"
+#include "codec/mesh/srgb.h"
 #include "codec/mesh/io/text.h"
 #include "codec/mesh/solid.h"
 

@@ -24,10 +24,10 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path);
 /// unreadable, truncated, no faces, an index out of range, a coordinate that is not finite.
 ///
 /// Fields are the scalar properties of PLY vertices, glTF's _NAME attributes of one number, and normals; OBJ's corners
-/// give their vertex the mean of their normals. Where a material has an image for its colour (OBJ's map_Kd, glTF's
-/// baseColorTexture; PNG or JPEG), vertices get the image's colour at their place times the material's own, and the
-/// mean of their corners' where seams give them several. texture: an image for OBJ files with texture coordinates that
-/// name none.
+/// give their vertex the mean of their normals. Where materials have colours other than one grey, or images for them
+/// (OBJ's Kd and map_Kd, glTF's baseColorFactor and baseColorTexture; PNG or JPEG), the mesh has a paintwork, and its
+/// vertices that paintwork's colours, the mean of their corners' where seams give them several. texture: an image for
+/// OBJ files with texture coordinates that name none.
 Result<Mesh> read_mesh(const std::string& path, CleanReport& report, const std::string& texture = {});
 
 /// The same of bytes in memory, for files that never were one. A .gltf may name no outer buffers then. Any bytes give

@@ -2,10 +2,12 @@
 // normals of their own stay one vertex, so that seams stay closed: it gets the mean of their colours and normals.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <exception>
 #include <istream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -13,9 +15,9 @@
 
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/formats.h"
-#include "codec/mesh/io/srgb.h"
+#include "codec/mesh/io/paint.h"
 #include "codec/mesh/io/text.h"
-#include "codec/mesh/io/texture.h"
+#include "codec/mesh/srgb.h"
 
 // Compiled here for real_t = double: the shared library is built for float.
 #define TINYOBJLOADER_USE_DOUBLE
@@ -32,14 +34,6 @@ class MemoryBuffer : public std::streambuf {
         char* begin = const_cast<char*>(reinterpret_cast<const char*>(bytes.data()));  // read only: no put area is set
         setg(begin, begin, begin + bytes.size());
     }
-};
-
-/// A material's colour and the image that it is multiplied with.
-struct Paint {
-    std::array<double, 3> color{1, 1, 1};  // sRGB fractions
-    std::shared_ptr<const Texture> texture;
-    Texture::Wrap wrap = Texture::Wrap::Repeat;
-    std::array<double, 2> offset{}, scale{1, 1};
 };
 
 /// Reads material libraries and their images from the mesh's folder; those that cannot be read are named, no error.
@@ -82,13 +76,14 @@ class PaintReader : public tinyobj::MaterialReader {
         const auto& kd = material.diffuse;
         // Black would leave nothing of an image, so it is not meant.
         if (has_color && (material.diffuse_texname.empty() || kd[0] + kd[1] + kd[2] > 0))
-            paint.color = {kd[0], kd[1], kd[2]};
+            for (std::size_t k = 0; k < 3; ++k) paint.color[k] = to_linear(std::clamp(double{kd[k]}, 0.0, 1.0));
         if (material.diffuse_texname.empty()) return paint;
         paint.texture = texture_of(material.diffuse_texname);
         const tinyobj::texture_option_t& option = material.diffuse_texopt;
-        if (option.clamp) paint.wrap = Texture::Wrap::Clamp;
-        paint.offset = {option.origin_offset[0], option.origin_offset[1]};
-        paint.scale = {option.scale[0], option.scale[1]};
+        if (option.clamp) paint.across = paint.down = Texture::Wrap::Clamp;
+        // v runs upwards.
+        paint.place = {{{option.scale[0], 0, option.origin_offset[0]},
+                        {0, -double{option.scale[1]}, 1 - double{option.origin_offset[1]}}}};
         return paint;
     }
     std::shared_ptr<const Texture> texture_of(const std::string& name) {
@@ -110,7 +105,7 @@ struct Gathered {
     Polygons polygons;
     std::map<std::string, std::uint32_t> labels;  // of material names, by first use
     std::uint32_t label = 0;
-    std::vector<std::array<double, 2>> coordinates;  // of textures
+    std::vector<std::array<float, 2>> coordinates;  // of textures
     std::vector<Vec3> normals;
     std::vector<std::uint32_t> corner_coordinate, corner_normal;  // of polygons.corners; kBadIndex where there is none
 };
@@ -128,7 +123,7 @@ tinyobj::callback_t callbacks() {
         static_cast<Gathered*>(data)->polygons.positions.push_back({x, y, z});
     };
     to.texcoord_cb = [](void* data, double u, double v, double) {
-        static_cast<Gathered*>(data)->coordinates.push_back({u, v});
+        static_cast<Gathered*>(data)->coordinates.push_back({static_cast<float>(u), static_cast<float>(v)});
     };
     to.normal_cb = [](void* data, double x, double y, double z) {
         static_cast<Gathered*>(data)->normals.push_back({x, y, z});
@@ -165,7 +160,7 @@ void add_normals(Gathered& g) {
     if (any) g.polygons.fields.push_back({FieldKind::Normals, "", std::move(sums)});
 }
 
-/// The paint of each label; where no material has an image, that of `around` on all.
+/// The paint of each label that is used; where no material has an image, that of `around` on all.
 std::vector<Paint> paints_by_label(const Gathered& g, const std::map<std::string, Paint>& by_name,
                                    const Surroundings& around, std::vector<std::string>& missing) {
     std::vector<Paint> paints(g.labels.size() + 1);
@@ -177,31 +172,31 @@ std::vector<Paint> paints_by_label(const Gathered& g, const std::map<std::string
     if (!texture) missing.push_back(texture.error().message);
     if (!texture) return paints;
     const auto shared = std::make_shared<const Texture>(std::move(*texture));
-    for (Paint& p : paints) p.texture = shared;
+    for (Paint& p : paints) {
+        p.texture = shared;
+        p.place[1] = {0, -1, 1};  // v runs upwards
+    }
     return paints;
 }
 
-/// Colours of vertices from their corners' places in the images, if any polygon has one; else they stay as they are.
-void add_texture_colors(const std::vector<Paint>& paints, Gathered& g) {
-    CornerColors colors(g.polygons.positions.size());
-    std::uint64_t sampled = 0;
-    for (std::size_t p = 0; p < g.polygons.count(); ++p) {
-        const Paint& paint = paints[g.polygons.materials[p]];
-        for (std::size_t i = g.polygons.starts[p]; i < g.polygons.starts[p + 1]; ++i) {
-            std::array<double, 4> c{1, 1, 1, 1};
-            if (paint.texture && g.corner_coordinate[i] < g.coordinates.size()) {
-                const auto [u, v] = g.coordinates[g.corner_coordinate[i]];
-                c = paint.texture->at(u * paint.scale[0] + paint.offset[0], 1 - (v * paint.scale[1] + paint.offset[1]),
-                                      paint.wrap, paint.wrap);
-                ++sampled;
-            }
-            for (std::size_t k = 0; k < 3; ++k) c[k] = to_linear(to_srgb(c[k]) * paint.color[k]);
-            colors.add(g.polygons.corners[i], c);
-        }
+/// Paints the polygons, unless that tells nothing, or vertices have colours and no image is there.
+void add_paints(std::vector<Paint> paints, Gathered& g) {
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    if (g.coordinates.empty())
+        for (Paint& p : paints) p.texture.reset();
+    std::vector<std::uint8_t> used(paints.size(), 0);
+    for (const std::uint32_t label : g.polygons.materials) used[label] = 1;
+    std::vector<Paint> in_use;
+    for (std::size_t label = 0; label < paints.size(); ++label)
+        if (used[label] != 0) in_use.push_back(paints[label]);
+    const bool any_image = std::ranges::any_of(in_use, [](const Paint& p) { return p.texture != nullptr; });
+    if (are_plain(in_use) || (!any_image && !g.polygons.colors.empty())) return;
+    for (const std::uint32_t i : g.corner_coordinate) {
+        const auto place = i < g.coordinates.size() ? g.coordinates[i] : std::array{kNowhere, kNowhere};
+        g.polygons.coordinates.push_back(place);
     }
-    if (sampled == 0) return;
-    g.polygons.colors = colors.colors();
-    g.polygons.textured = true;
+    g.polygons.paint_of = g.polygons.materials;
+    g.polygons.paints = std::move(paints);
 }
 
 /// tinyobjloader takes what is no number for 0 and leaves out the colours that many scanners put behind coordinates
@@ -250,7 +245,7 @@ Result<Polygons> read_obj(ByteSpan bytes, const Surroundings& around) {
         return Error{Errc::Malformed, 0, std::string("is no OBJ: ") + failure.what()};
     }
     add_normals(gathered);
-    add_texture_colors(paints_by_label(gathered, paints.paints(), around, missing), gathered);
+    add_paints(paints_by_label(gathered, paints.paints(), around, missing), gathered);
     gathered.polygons.missing_textures = std::move(missing);
     return std::move(gathered.polygons);
 }

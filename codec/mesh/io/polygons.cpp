@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace mvw {
 namespace {
@@ -190,32 +191,74 @@ void triangulate(const std::vector<Vec3>& positions, const std::uint32_t* corner
     });
 }
 
+namespace {
+
+/// Cuts a polygon into triangles of its corners' numbers, 0 to n - 1.
+class PolygonCutter {
+ public:
+    const std::vector<Face>& cut(const std::vector<Vec3>& positions, std::span<const std::uint32_t> corners) {
+        points_.clear();
+        for (const std::uint32_t v : corners) points_.push_back(positions[v]);
+        while (numbers_.size() < corners.size()) numbers_.push_back(static_cast<std::uint32_t>(numbers_.size()));
+        faces_.clear();
+        triangulate(points_, numbers_.data(), corners.size(), faces_, budget_);
+        return faces_;
+    }
+
+ private:
+    std::uint64_t budget_ = kTriangulationBudget;
+    std::vector<Vec3> points_;
+    std::vector<std::uint32_t> numbers_;
+    std::vector<Face> faces_;
+};
+
+/// Gives the mesh the colours of its paints, at vertices and between them.
+void paint(Polygons& polygons, PaintedFaces painted, Mesh& mesh, CleanReport& report) {
+    painted.paints = std::move(polygons.paints);
+    painted.tints = std::move(polygons.tints);
+    const auto has_image = [&](std::uint32_t paint) { return painted.paints[paint].texture != nullptr; };
+    if (std::ranges::any_of(painted.paint_of, has_image)) report.textured_vertices = mesh.positions.size();
+    mesh.paintwork = make_paintwork({mesh.positions, mesh.faces, {}, {}}, std::move(painted));
+    mesh.colors = vertex_colors(*mesh.paintwork);
+}
+
+}  // namespace
+
 Result<Mesh> to_mesh(Polygons polygons, CleanReport& report) {
     if (const Result<void> fine = check(polygons); !fine) return fine.error();
     Mesh mesh;
     mesh.positions = std::move(polygons.positions);
     mesh.faces.reserve(polygons.corners.size() >= 2 * polygons.count() ? polygons.corners.size() - 2 * polygons.count()
                                                                        : 0);
-    std::uint64_t budget = kTriangulationBudget;
+    PaintedFaces painted;
+    PolygonCutter cutter;
     for (std::size_t p = 0; p < polygons.count(); ++p) {
-        const std::size_t n = polygons.starts[p + 1] - polygons.starts[p];
+        const std::uint32_t first = polygons.starts[p], n = polygons.starts[p + 1] - first;
         if (n < 3) {
             ++report.degenerate_faces;
             continue;
         }
         report.triangulated_polygons += n > 3;
-        triangulate(mesh.positions, polygons.corners.data() + polygons.starts[p], n, mesh.faces, budget);
+        for (const Face& cut : cutter.cut(mesh.positions, std::span(polygons.corners).subspan(first, n))) {
+            mesh.faces.push_back({});
+            for (std::size_t c = 0; c < 3; ++c) {
+                mesh.faces.back()[c] = polygons.corners[first + cut[c]];
+                if (!polygons.paints.empty()) painted.coordinates.push_back(polygons.coordinates[first + cut[c]]);
+            }
+            if (!polygons.paints.empty()) painted.paint_of.push_back(polygons.paint_of[p]);
+        }
         if (!polygons.materials.empty()) mesh.materials.resize(mesh.faces.size(), polygons.materials[p]);
     }
     if (mesh.faces.empty()) return Error{Errc::Malformed, 0, "has no faces"};
 
-    if (!polygons.colors.empty()) {
+    if (!polygons.paints.empty()) {
+        paint(polygons, std::move(painted), mesh, report);
+    } else if (!polygons.colors.empty()) {
         mesh.colors = std::move(polygons.colors);
         mesh.colors.resize(mesh.positions.size());
     }
     report.dropped_fields = std::move(polygons.dropped_fields);
     report.missing_textures = std::move(polygons.missing_textures);
-    if (polygons.textured) report.textured_vertices = mesh.positions.size();
     for (VertexField& field : polygons.fields) {
         field.kind == FieldKind::Normals ? make_unit(field, mesh.positions.size())
                                          : make_finite(field, mesh.positions.size(), report);

@@ -1,5 +1,6 @@
 // What the readers hand over: polygons as a file states them, still unchecked.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "codec/mesh/clean.h"
+#include "codec/mesh/io/paint.h"
 #include "codec/mesh/mesh.h"
 #include "codec/result.h"
 
@@ -24,8 +26,14 @@ struct Polygons {
     std::vector<std::uint32_t> materials;
     std::vector<VertexField> fields;
     std::vector<std::string> dropped_fields;    // names of what is not kept
-    bool textured = false;                      // colours come from images
     std::vector<std::string> missing_textures;  // images that could not be read, and why
+    // Where materials have colours or images, and then in place of `colors`: paints, the number of each polygon's, each
+    // corner's place (u, v) in the image (not finite where it has none), and nothing or what is multiplied with that at
+    // each vertex.
+    std::vector<Paint> paints;
+    std::vector<std::uint32_t> paint_of;
+    std::vector<std::array<float, 2>> coordinates;
+    std::vector<std::array<float, 4>> tints;
 
     [[nodiscard]] std::size_t count() const { return starts.size() - 1; }
     /// Ends the polygon whose corners were pushed.

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <memory>
 
-#include "codec/mesh/io/srgb.h"
+#include "codec/mesh/srgb.h"
 #include "codec/mesh/io/text.h"
 
 namespace mvw {
@@ -27,10 +27,6 @@ std::int64_t wrapped(std::int64_t at, std::int64_t n, Texture::Wrap wrap) {
     const std::int64_t period = wrap == Texture::Wrap::Mirror ? 2 * n : n;
     at = (at % period + period) % period;
     return at < n ? at : period - 1 - at;
-}
-
-std::array<double, 4> linear_of(const Rgba8& c) {
-    return {to_linear(c.r / 255.0), to_linear(c.g / 255.0), to_linear(c.b / 255.0), c.a / 255.0};
 }
 
 }  // namespace
@@ -67,28 +63,10 @@ std::array<double, 4> Texture::at(double u, double v, Wrap across, Wrap down) co
         const double weight = (right != 0 ? x - left : 1 - (x - left)) * (below != 0 ? y - top : 1 - (y - top));
         const std::int64_t column = wrapped(static_cast<std::int64_t>(left) + right, width_, across);
         const std::int64_t row = wrapped(static_cast<std::int64_t>(top) + below, height_, down);
-        const std::array<double, 4> c = linear_of(texels_[static_cast<std::size_t>(row * width_ + column)]);
+        const std::array<double, 4> c = to_linear(texels_[static_cast<std::size_t>(row * width_ + column)]);
         for (std::size_t n = 0; n < 4; ++n) sum[n] += weight * c[n];
     }
     return sum;
-}
-
-void CornerColors::add(std::uint32_t vertex, const std::array<double, 4>& linear) {
-    if (vertex >= sum_.size()) return;
-    for (std::size_t n = 0; n < 4; ++n) sum_[vertex][n] += linear[n];
-    ++count_[vertex];
-}
-
-std::vector<Rgba8> CornerColors::colors() const {
-    std::vector<Rgba8> out(sum_.size());
-    for (std::size_t v = 0; v < out.size(); ++v) {
-        if (count_[v] == 0) continue;
-        const auto& s = sum_[v];
-        const double n = count_[v];
-        out[v] = {to_byte(to_srgb(s[0] / n)), to_byte(to_srgb(s[1] / n)), to_byte(to_srgb(s[2] / n)),
-                  to_byte(s[3] / n)};
-    }
-    return out;
 }
 
 }  // namespace mvw

@@ -1,4 +1,4 @@
-// Images that meshes are painted with: their colours at vertices, until images have a channel of their own.
+// Images that meshes are painted with.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codec/bytes.h"
-#include "codec/mesh/io/polygons.h"
+#include "codec/mesh/mesh.h"
 #include "codec/result.h"
 
 namespace mvw {
@@ -58,20 +58,6 @@ class Textures {
     static constexpr std::uint64_t kMostPixelsTogether = std::uint64_t{1} << 27;
     std::uint64_t pixels_left_ = kMostPixelsTogether;
     std::map<Key, std::shared_ptr<const Texture>> known_;
-};
-
-/// Colours that corners of polygons give to their vertices: the mean of all of a vertex', in linear light.
-class CornerColors {
- public:
-    explicit CornerColors(std::size_t vertices) : sum_(vertices), count_(vertices, 0) {}
-    /// linear: red, green, blue, alpha. A vertex that does not exist is left out.
-    void add(std::uint32_t vertex, const std::array<double, 4>& linear);
-    /// One colour a vertex; white where no corner gave one.
-    [[nodiscard]] std::vector<Rgba8> colors() const;
-
- private:
-    std::vector<std::array<double, 4>> sum_;
-    std::vector<std::uint32_t> count_;
 };
 
 }  // namespace mvw

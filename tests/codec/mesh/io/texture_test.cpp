@@ -9,8 +9,9 @@
 
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
-#include "codec/mesh/io/srgb.h"
 #include "codec/mesh/io/text.h"
+#include "codec/mesh/paintwork.h"
+#include "codec/mesh/srgb.h"
 #include "tests/support/models.h"
 
 namespace mvw {
@@ -109,6 +110,44 @@ TEST_F(TexturedObj, VerticesTakeTheImagesColourTimesTheMaterials) {
     EXPECT_EQ(black.colors[0], (Rgba8{255, 0, 0, 255})) << "black is not meant";
 }
 
+TEST_F(TexturedObj, ColoursOfMaterialsAreKeptWithoutImages) {
+    const Mesh red = read("mtllib a.mtl\n", "newmtl m\nKd 1 0 0\n").value();
+    EXPECT_EQ(red.colors, std::vector<Rgba8>(4, Rgba8{255, 0, 0, 255}));
+    EXPECT_EQ(report_.textured_vertices, 0u);
+    EXPECT_TRUE(read("mtllib a.mtl\n", "newmtl m\nKd .8 .8 .8\n").value().colors.empty()) << "one grey";
+    // Half of the square red, the rest in the grey of a second one: on their border vertices take the mean, the
+    // surface between them does not.
+    write("two.mtl", as_bytes("newmtl m\nKd 1 0 0\nnewmtl n\nKd .5 .5 .5\n"));
+    write("two.obj",
+          as_bytes("mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nusemtl m\nf 1 2 3\nusemtl n\nf 2 4 3\n"));
+    const Mesh two = read_mesh(path("two.obj"), report_).value();
+    EXPECT_EQ(two.colors[0], (Rgba8{255, 0, 0, 255}));
+    EXPECT_EQ(two.colors[3], (Rgba8{128, 128, 128, 255}));
+    EXPECT_EQ(two.colors[1].r, 204);
+    ASSERT_NE(two.paintwork, nullptr);
+    EXPECT_EQ(to_srgb(two.paintwork->at(0, {0, 0.5, 0.5})), (Rgba8{255, 0, 0, 255}));
+    EXPECT_EQ(to_srgb(two.paintwork->at(1, {0.5, 0, 0.5})), (Rgba8{128, 128, 128, 255}));
+}
+
+TEST_F(TexturedObj, CornersOfPolygonsKeepTheirPlacesInTheImage) {
+    // A strip of four columns of the image's upper row, its six corners in one polygon; the two below have no place.
+    write("hex.mtl", as_bytes("newmtl m\nmap_Kd image.png\n"));
+    write("hex.obj", as_bytes("mtllib hex.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 0 1 0\n"
+                              "vt .25 .75\nvt .5 .75\nvt .75 .75\nf 1/1 2/2 3/3 4/3 5 6/1\n"));
+    const Mesh mesh = read_mesh(path("hex.obj"), report_).value();
+    ASSERT_NE(mesh.paintwork, nullptr);
+    ASSERT_EQ(mesh.faces.size(), 4u);
+    const std::array<Rgba8, 6> expected{Rgba8{255, 0, 0, 255}, {188, 188, 0, 255},   {0, 255, 0, 255},
+                                        {0, 255, 0, 255},      {255, 255, 255, 255}, {255, 0, 0, 255}};
+    for (std::uint32_t f = 0; f < 4; ++f)
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::array<double, 3> corner{};
+            corner[c] = 1;
+            EXPECT_EQ(to_srgb(mesh.paintwork->at(f, corner)), expected[mesh.faces[f][c]]) << f << " " << c;
+        }
+    for (std::size_t v = 0; v < 6; ++v) EXPECT_EQ(mesh.colors[v], expected[v]) << v;
+}
+
 TEST_F(TexturedObj, AnImageFromOutsideServesAFileThatNamesNone) {
     EXPECT_TRUE(read("", "").value().colors.empty());
     const Mesh mesh = read("", "", path("image.png")).value();
@@ -161,7 +200,9 @@ TEST_F(TexturedObj, GltfsImagesFactorsAndTransformsColourVertices) {
     EXPECT_EQ(
         colors(R"({"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0]}}}})")[0],
         (Rgba8{0, 255, 0, 255}));
-    EXPECT_EQ(colors(R"({"baseColorFactor":[1,0,0,1]})"), none) << "nothing is painted";
+    EXPECT_EQ(colors(R"({"baseColorFactor":[1,0,0,1]})")[1], (Rgba8{255, 0, 0, 255}));
+    EXPECT_EQ(report_.textured_vertices, 0u) << "no image";
+    EXPECT_EQ(colors(R"({"baseColorFactor":[0.5,0.5,0.5,1]})"), none) << "one grey tells nothing";
     std::filesystem::remove(path("image.png"));
     EXPECT_EQ(colors(R"({"baseColorTexture":{"index":0}})"), none);
     EXPECT_EQ(report_.missing_textures.size(), 1u);
