@@ -91,6 +91,14 @@ void append_normals(std::span<const Vec3f> values, std::size_t first_vertex, std
 
 }  // namespace
 
+std::vector<std::uint8_t> attribute_creases(const BaseMesh& base, std::span<const std::uint32_t> materials) {
+    std::vector<std::uint8_t> creases;
+    if (materials.empty()) return creases;
+    for (const BaseEdge& e : base.edges())
+        creases.push_back(e.face[1] != kNone && materials[e.face[0]] != materials[e.face[1]] ? 1 : 0);
+    return creases;
+}
+
 void AttributeDecoder::ensure(std::size_t vertices, std::size_t base_vertices) {
     const AttributeParams& p = params_;
     for (unsigned k = 0; 3 * k < p.components(); ++k) {

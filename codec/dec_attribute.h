@@ -14,6 +14,9 @@ namespace mvw {
 /// An Attributes chunk (FORMAT.md 4.8): Malformed, Unsupported as it says. No channel comes twice.
 Result<std::vector<AttributeParams>> read_attributes(ByteSpan payload, const PartInfo& info);
 
+/// Flags of the base edges across which attributes may jump: between two materials. Empty where there is one material.
+std::vector<std::uint8_t> attribute_creases(const BaseMesh& base, std::span<const std::uint32_t> materials);
+
 class AttributeDecoder {
  public:
     explicit AttributeDecoder(AttributeParams params) : params_(std::move(params)) {}

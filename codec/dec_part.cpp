@@ -45,6 +45,15 @@ bool is_coefficients(Channel channel) {
            (channel >= Channel::FirstField && channel <= Channel::LastField);
 }
 
+/// Whether every edge is sharp and no curve of them goes on through a vertex: without details all faces are flat.
+bool are_facets(const BaseMesh& base, const std::vector<std::uint8_t>& creases) {
+    if (creases.empty() || std::find(creases.begin(), creases.end(), 0) != creases.end()) return false;
+    std::vector<std::uint8_t> edges_at(base.vertex_count(), 0);
+    for (const BaseEdge& e : base.edges())
+        for (const std::uint32_t v : e.v) edges_at[v] = static_cast<std::uint8_t>(std::min(edges_at[v] + 1, 3));
+    return std::find(edges_at.begin(), edges_at.end(), 2) == edges_at.end();
+}
+
 unsigned finest_within(const PartInfo& info, std::uint64_t most) {
     unsigned level = info.levels;
     while (level > 0 && vertices_at_level(info.base_vertices, info.base_edges, info.base_faces, level) > most) --level;
@@ -85,6 +94,7 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     if (!base.ok()) return base.error();
     base_ = std::move(*base);
     error_code_ = base_->params.error_code;
+    facets_ = are_facets(base_->mesh, base_->creases);
     whole_ = Tiling(base_->mesh, std::vector<std::uint16_t>(base_->mesh.face_count(), 0), 1);
     tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
     blocks_.resize((1 + attributes_.size()) * info_.tiles * (finest_ + 1u));
@@ -254,7 +264,8 @@ void PartDecoder::settle(unsigned level) {
     std::atomic<std::size_t> tables_left = 0;
     if (needs_transform(level)) {
         transform_.reset();  // memory
-        const std::size_t jobs = jobs_for(level, base_->params.transform, tables_);
+        if (!tables_) tables_ = std::make_shared<TransformTables>(base_->mesh, base_->params.transform, base_->creases);
+        const std::size_t jobs = tables_->jobs(level);
         for (std::size_t job = 0; job < jobs; ++job)
             tasks.emplace_back([this, job, level, &tables_left] {
                 tables_->make(job);
@@ -265,7 +276,10 @@ void PartDecoder::settle(unsigned level) {
     }
     if (needs_attribute_transform(level)) {
         attribute_transform_.reset();
-        const std::size_t jobs = jobs_for(level, kAttributeTransform, attribute_tables_);
+        if (!attribute_tables_)
+            attribute_tables_ = std::make_shared<TransformTables>(base_->mesh, kAttributeTransform,
+                                                                  attribute_creases(base_->mesh, base_->materials));
+        const std::size_t jobs = attribute_tables_->jobs(level);
         for (std::size_t job = 0; job < jobs; ++job) tasks.emplace_back([this, job] { attribute_tables_->make(job); });
     }
     for (const std::uint32_t tile : tiles) tasks.emplace_back([this, tile] { settle_tile(tile); });
@@ -434,6 +448,7 @@ std::vector<std::uint32_t> PartDecoder::changed_faces() const {
 
 bool PartDecoder::needs_transform(unsigned level) const {
     if (!base_ || level == 0 || base_->params.lossless) return false;
+    if (is_flat()) return false;
     const bool again = surface_.size() == vertex_count(level);
     if (again && changed_level_ > level) return false;
     return !transform_ || transform_levels_ < level || (again && !updates_);
@@ -441,13 +456,6 @@ bool PartDecoder::needs_transform(unsigned level) const {
 
 bool PartDecoder::needs_attribute_transform(unsigned level) const {
     return base_ && !attributes_.empty() && (!attribute_transform_ || attribute_levels_ < level);
-}
-
-/// How many jobs there are to do for `tables`, which are begun where there are none.
-std::size_t PartDecoder::jobs_for(unsigned level, const TransformOptions& options,
-                                  std::shared_ptr<TransformTables>& tables) const {
-    if (!tables) tables = std::make_shared<TransformTables>(base_->mesh, options, base_->creases);
-    return tables->jobs(level);
 }
 
 /// One that can update from the second mesh asked for.
@@ -459,6 +467,22 @@ void PartDecoder::make_transform(unsigned level) {
     changed_level_ = 0;
 }
 
+/// The surface of facets without details.
+void PartDecoder::lay_flat(unsigned level) {
+    std::vector<std::uint32_t> patch;
+    const std::uint32_t n = 1u << level;
+    const float step = 1 / static_cast<float>(n);
+    for (std::uint32_t f = 0; f < base_->mesh.face_count(); ++f) {
+        const Face& face = base_->mesh.faces()[f];
+        const Vec3f &a = coefficients_[face[0]], &b = coefficients_[face[1]], &c = coefficients_[face[2]];
+        patch_vertices(base_->mesh, f, level, patch);
+        for (std::uint32_t i = 0; i <= n; ++i)
+            for (std::uint32_t k = 0; i + k <= n; ++k)
+                surface_[patch[patch_place(n, i, k)]] =
+                    (a * static_cast<float>(n - i - k) + b * static_cast<float>(i) + c * static_cast<float>(k)) * step;
+    }
+}
+
 /// Brings surface_ up to date, once settle(level) has made the transform.
 void PartDecoder::synthesize(unsigned level) {
     const std::size_t V = vertex_count(level);
@@ -466,7 +490,9 @@ void PartDecoder::synthesize(unsigned level) {
     if (again && changed_level_ > level) return;
     const std::span<const Vec3f> coefficients = std::span(coefficients_).first(V);
     surface_.resize(V);
-    if (again)
+    if (is_flat())
+        lay_flat(level);
+    else if (again)
         transform_->update(coefficients, changed_faces(), changed_level_, level, surface_);
     else
         transform_->synthesize(coefficients, level, surface_);

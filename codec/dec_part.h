@@ -82,10 +82,10 @@ class PartDecoder {
     }
     [[nodiscard]] bool needs_transform(unsigned level) const;
     [[nodiscard]] bool needs_attribute_transform(unsigned level) const;
-    std::size_t jobs_for(unsigned level, const TransformOptions& options,
-                         std::shared_ptr<TransformTables>& tables) const;
     void make_transform(unsigned level);
     void synthesize(unsigned level);
+    [[nodiscard]] bool is_flat() const { return facets_ && detail_level_ == 0; }
+    void lay_flat(unsigned level);
     void mark_changed(const ChunkId& id);
     [[nodiscard]] std::vector<std::uint32_t> changed_faces() const;
     void append_attributes(unsigned level, std::size_t first_vertex, std::size_t first_face, Mesh& out);
@@ -118,6 +118,7 @@ class PartDecoder {
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
     PartUnits units_;
+    bool facets_ = false;                         // flat where no details have come
     Tiling whole_, tiling_;                       // of levels below info_.first_tiled_level, and of the others
     std::vector<std::unique_ptr<Block>> blocks_;  // by kind (kind_of), tile and level; null before the first chunk
     std::uint64_t blocks_left_ = 0;               // that memory allows

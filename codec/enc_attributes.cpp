@@ -92,7 +92,8 @@ void code_attribute(Attribute& a, const PartPrecision& precision, unsigned threa
     const std::vector<LevelGain> gains = synthesis_gains(kAttributeTransform, mesh.levels);
     for (const LevelGain& gain : gains)
         a.params.steps.push_back(step_to_code(std::min(a.finest_error * kMove / gain.normal, 1.0)));
-    PatchTransform transform(mesh.base, mesh.levels, kAttributeTransform, mesh.creases, threads);
+    PatchTransform transform(mesh.base, mesh.levels, kAttributeTransform, attribute_creases(mesh.base, mesh.materials),
+                             threads);
     for (std::vector<Vec3f>& values : a.values) {
         const std::vector<Vec3f> in = values;
         if (!in.empty()) transform.analyze(in, values);

@@ -74,7 +74,8 @@ if [ ! -e "$out/module/build.ninja" ]; then
     emcmake cmake -G Ninja -S "$here/wasm" -B "$out/module" -DCMAKE_BUILD_TYPE= "${launcher[@]}" \
         -DDRACO_SOURCE="$out/sources/draco" -DZSTD_SOURCE="$out/sources/zstd" >/dev/null
 fi
-cmake --build "$out/module" | tail -n 1
+cmake --build "$out/module" > "$out/module/build.log" || { cat "$out/module/build.log" >&2; exit 1; }
+tail -n 1 "$out/module/build.log"
 # What the linker's pass leaves shrinks by another hundredth when passes go on until none helps, and by as much again
 # when control flow is built anew.
 wasm-opt -Oz --converge --flatten --rereloop -Oz -Oz --low-memory-unused --enable-simd --enable-bulk-memory --enable-sign-ext \

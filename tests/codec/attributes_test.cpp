@@ -319,5 +319,15 @@ TEST(Attributes, AScanKeepsItsFieldAndItsNormals) {
     EXPECT_LT(coded, 0.35 * computed) << computed;
 }
 
+TEST(Attributes, OnlyMaterialsHaveSharpEdgesOfColour) {
+    const BaseMesh base = BaseMesh::create(4, {{0, 1, 2}, {0, 2, 3}}).value();
+    EXPECT_TRUE(attribute_creases(base, {}).empty());
+    const std::vector<std::uint32_t> same{4, 4}, two{4, 7};
+    EXPECT_EQ(attribute_creases(base, same), std::vector<std::uint8_t>(5, 0));
+    std::vector<std::uint8_t> expected(5, 0);
+    expected[base.edge_of(0, 2)] = 1;
+    EXPECT_EQ(attribute_creases(base, two), expected);
+}
+
 }  // namespace
 }  // namespace mvw

@@ -12,6 +12,7 @@
 #include "codec/part_params.h"
 #include "tests/support/encoded_models.h"
 #include "tests/support/semi_regular_models.h"
+#include "tests/support/shapes.h"
 
 namespace mvw {
 namespace {
@@ -98,6 +99,51 @@ TEST(Decoder, ACutChunkOfFewerThanItsLeastBytesIsNotShown) {
     }
     EXPECT_GT(asking, 0u);
     EXPECT_EQ(shown, asking);
+}
+
+/// A cube of sharp edges in three levels, its faces flat, or with a bump each.
+SemiRegularMesh cube(double bump) {
+    SemiRegularMesh part;
+    const Mesh box = unit_cube();
+    part.base = BaseMesh::create(8, box.faces).value();
+    part.levels = 3;
+    part.creases.assign(part.base.edge_count(), 1);
+    part.positions.resize(vertices_at_level(part.base, part.levels));
+    std::vector<std::uint32_t> patch;
+    for (std::uint32_t f = 0; f < part.base.face_count(); ++f) {
+        patch_vertices(part.base, f, part.levels, patch);
+        const Face& c = box.faces[f];
+        for (std::uint32_t i = 0; i <= 8; ++i)
+            for (std::uint32_t k = 0; i + k <= 8; ++k) {
+                const double inside = double(i) * k * (8 - i - k) / 18;
+                const Vec3 at = box.positions[c[0]] * (8.0 - i - k) + box.positions[c[1]] * i + box.positions[c[2]] * k;
+                part.positions[patch[patch_place(8, i, k)]] = at * (1 + bump * inside) * 0.125;
+            }
+    }
+    return part;
+}
+
+TEST(Decoder, FacetsAreFlatUntilDetailsComeAndThenAsTheTransformHasThem) {
+    for (const double bump : {0.0, 0.1}) {
+        const Bytes file = encode_parts({cube(bump)}).file;
+        Decoder decoder;
+        ASSERT_TRUE(decoder.feed_header(file).ok());
+        bool any_details = false;
+        for (const ChunkEntry& c : toc_of(file).chunks) {
+            ASSERT_TRUE(decoder.feed_chunk(c.id, payload_of(file, c), c.crc32c).ok());
+            any_details = any_details || (c.id.channel == Channel::Geometry && c.id.level > 0);
+            if (any_details) continue;
+            EXPECT_LT(surface_error(unit_cube(), decoder.mesh().value(), {10'000, 1}).max, bump > 0 ? 0.1 : 1e-2);
+        }
+        EXPECT_EQ(any_details, bump > 0);
+        // The transform itself, of all coefficients.
+        const Mesh once = decode(file).value(), stepwise = decoder.mesh().value();
+        const SemiRegularMesh truth = cube(bump);
+        ASSERT_EQ(once.positions.size(), truth.positions.size());
+        for (std::size_t v = 0; v < once.positions.size(); ++v)
+            EXPECT_LT(length(once.positions[v] - stepwise.positions[v]), 1e-6) << v;
+        EXPECT_LT(surface_error(finest_mesh(std::span(&truth, 1)), once, {10'000, 1}).max, 2e-3);
+    }
 }
 
 TEST(Decoder, ChunksInAnyOrderGiveTheSameMesh) {
