@@ -43,12 +43,14 @@ void add_edge_lines(const BaseMesh& base, unsigned level, std::uint32_t first_ve
     }
 }
 
-/// Each inner edge runs once in each direction: the rising one is taken. Boundaries are base edges.
-void add_inner_edges(const std::vector<std::uint32_t>& triangles, std::vector<std::uint32_t>& lines) {
+/// Each inner edge runs once in each direction: the rising one is taken. Boundaries are base edges. Edges at copies of
+/// vertices (from `first_copy` on, where two colours meet) are taken as often as they come.
+void add_inner_edges(const std::vector<std::uint32_t>& triangles, std::uint32_t first_copy,
+                     std::vector<std::uint32_t>& lines) {
     for (std::size_t t = 0; t < triangles.size(); t += 3)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t a = triangles[t + k], b = triangles[t + (k + 1) % 3];
-            if (a < b) lines.insert(lines.end(), {a, b});
+            if (a < b || a >= first_copy) lines.insert(lines.end(), {a, b});
         }
 }
 
@@ -64,8 +66,6 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
     for (const Face& f : mesh->faces) out.triangles.insert(out.triangles.end(), f.begin(), f.end());
     set_normals(*mesh, out);
     out.colors = std::move(mesh->colors);
-    if (options.edges) add_inner_edges(out.triangles, out.edges);
-
     std::uint32_t first_vertex = 0;
     for (std::size_t part = 0; part < header.parts.size(); ++part) {
         const BaseMesh* base = decoder.base(part);
@@ -80,6 +80,7 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
         if (options.edges) add_edge_lines(*base, level, first_vertex, true, out.edges);
         first_vertex += static_cast<std::uint32_t>(vertices_at_level(*base, level));
     }
+    if (options.edges) add_inner_edges(out.triangles, first_vertex, out.edges);
     return out;
 }
 

@@ -88,7 +88,6 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
     p.base_bits = in.u8();
     if (in.ok() && (flags & kBaseSequential) != 0 && (flags & kBaseGrown) != 0)
         return malformed("the base's mesh is coded in two ways");
-    if (in.ok() && (flags & ~kBaseAllFlags) != 0) return Error{Errc::Unsupported, 0, "the base has unknown flags"};
     if (in.ok() && (p.base_bits < 1 || p.base_bits > 30)) return malformed("the base's precision is out of range");
     if (transform >= kTransformCount) return Error{Errc::Unsupported, 0, "the transform is unknown"};
     p.transform.kind = TransformKind{transform};
@@ -115,6 +114,23 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
 
 ByteSpan read_section(ByteReader& in) {
     return in.bytes(static_cast<std::size_t>(std::min<std::uint64_t>(in.varint(), in.remaining() + 1)));
+}
+
+/// Colours of materials; none where they are out of order or more than their bytes.
+std::vector<MaterialColor> read_colors(ByteReader& in) {
+    constexpr std::uint64_t kBytesOfColor = 5;
+    const std::uint64_t count = in.varint();
+    if (count == 0 || count > in.remaining() / kBytesOfColor) return {};
+    std::vector<MaterialColor> colors;
+    std::uint64_t label = 0;
+    for (std::uint64_t k = 0; k < count; ++k) {
+        const std::uint64_t rise = in.varint();
+        if ((k > 0 && rise == 0) || rise > kNone - label) return {};
+        label += rise;
+        const std::uint8_t r = in.u8(), g = in.u8(), b = in.u8(), a = in.u8();
+        colors.push_back({static_cast<std::uint32_t>(label), {r, g, b, a}});
+    }
+    return colors;
 }
 
 }  // namespace
@@ -163,7 +179,10 @@ Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8
     const ByteSpan mesh_bytes = read_section(in);
     const ByteSpan creases = flags & kBaseCreases ? read_section(in) : ByteSpan{};
     const ByteSpan materials = flags & kBaseMaterials ? read_section(in) : ByteSpan{};
+    if (flags & kBaseColors) base.params.colors = read_colors(in);
     if (!in.ok()) return malformed("the base is cut");
+    if ((flags & kBaseColors) != 0 && base.params.colors.empty())
+        return malformed("the colours of materials are out of order");
 
     Result<GridMesh> mesh = read_level_0(mesh_bytes, flags, base.params.base_bits, info);
     if (!mesh.ok()) return mesh.error();

@@ -42,6 +42,10 @@ class PartDecoder {
     /// Asked again for a level, it synthesises only what chunks have changed since: work in proportion to their tiles
     /// and levels, but for the copy handed out.
     void append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out);
+    /// Gives the vertices of faces from `first_face` on, which append_mesh() added for this level, the colours of their
+    /// materials, where these are known. Vertices between two colours are there once for each: copies come last.
+    /// painted: flags of all parts' vertices, none set of this part's.
+    void paint(unsigned level, std::size_t first_face, std::vector<std::uint8_t>& painted, Mesh& out) const;
 
  private:
     struct Block {
@@ -118,6 +122,7 @@ class PartDecoder {
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
     PartUnits units_;
+    std::vector<Rgba8> face_colors_;              // of the base's; empty where materials have none
     bool facets_ = false;                         // flat where no details have come
     Tiling whole_, tiling_;                       // of levels below info_.first_tiled_level, and of the others
     std::vector<std::unique_ptr<Block>> blocks_;  // by kind (kind_of), tile and level; null before the first chunk

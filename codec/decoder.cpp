@@ -227,12 +227,17 @@ std::uint64_t Decoder::revision() const {
 Result<Mesh> Decoder::mesh(unsigned level) const {
     State& s = *state_;
     Mesh out;
+    std::vector<std::pair<std::size_t, std::size_t>> shown;  // parts, and where their faces begin
     for (std::size_t part = 0; part < s.parts.size(); ++part) {
         if (!shows(part, level)) continue;
+        shown.emplace_back(part, out.faces.size());
         const auto& center = s.header->center;
         s.parts[part].append_mesh(level, {center[0], center[1], center[2]}, s.header->diagonal, out);
     }
     if (out.faces.empty()) return Error{Errc::NeedMoreData, s.position, "no base mesh is there yet"};
+    std::vector<std::uint8_t> painted(out.positions.size(), 0);
+    for (const auto& [part, first_face] : shown) s.parts[part].paint(level, first_face, painted, out);
+    if (!out.colors.empty()) out.colors.resize(out.positions.size());
     return out;
 }
 

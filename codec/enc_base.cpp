@@ -262,6 +262,20 @@ SemiRegularMesh renumber(const SemiRegularMesh& source, const CodedBase& base) {
     return out;
 }
 
+namespace {
+
+void write_colors(ByteWriter& out, const std::vector<MaterialColor>& colors) {
+    out.varint(colors.size());
+    std::uint32_t before = 0;
+    for (const auto& [label, color] : colors) {
+        out.varint(label - before);
+        for (const std::uint8_t byte : {color.r, color.g, color.b, color.a}) out.u8(byte);
+        before = label;
+    }
+}
+
+}  // namespace
+
 Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartParams& params) {
     const TransformOptions &t = params.transform, defaults;
     const bool own_transform = t.s != defaults.s || t.table1_weights != defaults.table1_weights ||
@@ -272,7 +286,8 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
                                      (base.method == BaseMethod::Grown ? kBaseGrown : 0) |
                                      (creases ? kBaseCreases : 0) | (mesh.materials.empty() ? 0 : kBaseMaterials) |
                                      (own_transform ? kBaseTransform : 0) | (params.fast ? kBaseFast : 0) |
-                                     (params.lossless ? kBaseLossless : 0)));
+                                     (params.lossless ? kBaseLossless : 0) |
+                                     (params.colors.empty() ? 0 : kBaseColors)));
     out.u8(params.error_code);
     out.u8(params.base_bits);
     if (!params.steps.empty()) {
@@ -298,6 +313,7 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
         code_materials(mesh.base, labels, writer);
         write_section(out, writer.finish());
     }
+    if (!params.colors.empty()) write_colors(out, params.colors);
     return out.take();
 }
 

@@ -37,6 +37,7 @@ std::optional<SemiRegularMesh> part_of(const EncoderInput& input) {
     Result<BaseMesh> base = BaseMesh::create(static_cast<std::uint32_t>(from.positions.size()), from.faces);
     if (!base.ok()) return std::nullopt;
     mesh.base = std::move(*base);
+    mesh.materials = from.materials;
     for (const Vec3& p : from.positions) mesh.positions.push_back(input.to_coded_units(p));
     const auto normal = [&](std::uint32_t f) {
         const Face& c = mesh.base.faces()[f];
@@ -102,9 +103,10 @@ class Worth {
     double first_ = 0, at_ = 0, psnr_ = 0, sum_ = 0;
 };
 
-Closing close_with(const SemiRegularMesh& mesh, const RatedGrid& grid, const Opening& opening,
-                   const ClosingOptions& options) {
+Closing close_with(const EncoderInput& input, const SemiRegularMesh& mesh, const RatedGrid& grid,
+                   const Opening& opening, const ClosingOptions& options) {
     PartPrecision precision;
+    precision.colors = input.mesh().material_colors;
     precision.base_bits = grid.bits;
     precision.supersedes = true;
     precision.fast = options.fast;
@@ -170,7 +172,7 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
     std::optional<Closing> best;
     double gain = 0;  // dB in the mean
     for (const RatedGrid& grid : grids_to_try(input, *mesh, opening.whole.rms, options.threads)) {
-        Closing closing = close_with(*mesh, grid, opening, options);
+        Closing closing = close_with(input, *mesh, grid, opening, options);
         const auto stays = std::span(opening.plan).first(closing.opening_chunks);
         const double bytes = bytes_of(stays) + bytes_of(closing.chunks), end = std::max(bytes, wavelets);
         Worth closed;

@@ -15,8 +15,8 @@ namespace {
 
 // What vertices may leave out: RMS of a colour's component in [0, 1], 36 dB, ...
 constexpr double kShown = 0.015;
-// ... 26 dB where edges are 250th of the diagonal, as borders between areas of one colour leave on any level, ...
-constexpr double kNearlyShown = 0.05, kShortEdge = 1.0 / 250;
+// ... 30 dB where edges are a 500th of the diagonal (borders between areas of one colour leave something on any level), ...
+constexpr double kNearlyShown = 0.03, kShortEdge = 1.0 / 500;
 // ... or anything between vertices that a picture of the whole model cannot show apart.
 constexpr double kPixel = 1.0 / 1000;
 

@@ -1,6 +1,7 @@
 #include "codec/enc_part.h"
 
 #include <algorithm>
+#include <set>
 
 #include "codec/enc_attributes.h"
 #include "codec/tiles.h"
@@ -179,10 +180,20 @@ void code_integers(CodedPart& part, const PartPrecision& precision) {
     });
 }
 
+/// Those of materials that the part has.
+std::vector<MaterialColor> colors_of(const SemiRegularMesh& mesh, std::vector<MaterialColor> colors) {
+    const std::set<std::uint32_t> labels(mesh.materials.begin(), mesh.materials.end());
+    std::erase_if(colors, [&](const MaterialColor& c) {
+        return mesh.materials.empty() ? c.label != 0 : !labels.contains(c.label);
+    });
+    return colors;
+}
+
 CodedPart code_lossless(const SemiRegularMesh& mesh, const PartPrecision& precision, unsigned threads) {
     CodedPart part;
     part.params.fast = precision.fast;
     part.params.lossless = true;
+    part.params.colors = colors_of(mesh, precision.colors);
     part.params.base_bits = static_cast<std::uint8_t>(precision.lossless);
     part.params.reconstruction = 128;
     std::vector<IntegerPoint> grid = integers_of(mesh.positions, precision.lossless);
@@ -207,6 +218,7 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     CodedPart part;
     part.params.transform = transform;
     part.params.fast = precision.fast;
+    part.params.colors = colors_of(mesh, precision.colors);
     part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
     part.base = code_base(mesh.base, grid.empty() ? grid_of(coarse_of(mesh, transform, threads), precision) : grid,

@@ -20,6 +20,7 @@ struct PartPrecision {
     bool fast = false;               // planes packed instead of range-coded
     unsigned lossless = 0;           // bits of the grid on which positions are kept exactly; 0: not so
     double error = 1e-4;             // wanted RMS surface error of the rounding alone, fraction of the diagonal
+    std::vector<MaterialColor> colors;  // of materials, also of those that the part has not
     double field_error = 2e-3;       // likewise of scalar fields, fraction of a field's range
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "codec/decoder.h"
 #include "codec/enc_adapt.h"
@@ -136,6 +137,7 @@ void code_parts(const Source& source, const BaseGrid& grid, const Painter* paint
     for (const SemiRegularMesh& part : source.parts) vertices += double(part.positions.size());
     for (std::size_t p = 0; p < source.parts.size(); ++p) {
         PartPrecision precision = source.precision[p];
+        precision.colors = source.input.mesh().material_colors;
         Adaptation::Snapped snapped{source.parts[p], {}};
         if (grid.snapped && source.adaptations[p]) {
             precision.base_bits = bits_of_snap(snapped.mesh) + grid.finer_bits;
@@ -300,6 +302,10 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
         if (c.id.channel == Channel::Original) out.original_bytes += c.payload.size();
     }
     report_attributes(model, plan, out);
+    std::set<std::uint32_t> colored;
+    for (const CodedPart& part : model.parts)
+        for (const MaterialColor& c : part.params.colors) colored.insert(c.label);
+    out.material_colors = static_cast<std::uint32_t>(colored.size());
     out.parts = static_cast<std::uint32_t>(model.parts.size());
     out.transform = TransformKind{model.header.transform};
 }
@@ -314,8 +320,7 @@ struct Coded {
 std::optional<Closing> close_where_it_pays(const Source& source, const Coded& coded, const SurfaceError& whole,
                                            const EncodeOptions& options) {
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
-    const bool plain = source.input.mesh().materials.empty() &&
-                       std::ranges::all_of(coded.model.parts, [](const CodedPart& p) { return p.attributes.empty(); });
+    const bool plain = std::ranges::all_of(coded.model.parts, [](const CodedPart& p) { return p.attributes.empty(); });
     const bool remeshed = std::ranges::find(source.origins, PartOrigin::Remeshed) != source.origins.end();
     const bool fits = coded.model.parts.size() < Limits{}.max_parts;
     if (!options.close || chosen || !plain || !remeshed || !fits || options.lossless > 0) return std::nullopt;

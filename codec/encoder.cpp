@@ -80,8 +80,11 @@ Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
     Encoded out;
     out.left_out = choose_fields(asked_for, mesh.fields);
     const std::shared_ptr<const Paintwork> paintwork = mesh.paintwork;
+    const std::vector<MaterialColor> material_colors = mesh.material_colors;
+    if (!material_colors.empty()) mesh.colors.clear();  // which say less
     mesh = clean(std::move(mesh), out.cleaning);
     mesh.paintwork = paintwork;
+    mesh.material_colors = material_colors;
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, "no face of positive area is left to encode"};
     out.input_vertices = mesh.positions.size();
     out.input_faces = mesh.faces.size();

@@ -15,16 +15,16 @@ namespace mvw {
 /// Of a lossless part's grid: details, too, have to fit the planes and floats.
 inline constexpr unsigned kMaxLosslessBits = 24;
 
-/// First byte of a Base payload. Unknown bits mean Unsupported.
+/// First byte of a Base payload.
 enum BaseFlags : std::uint8_t {
     kBaseSequential = 1,  // Draco's sequential method instead of edgebreaker
     kBaseCreases = 2,
     kBaseMaterials = 4,
     kBaseTransform = 8,  // transform parameters other than the defaults follow
+    kBaseColors = 16,    // materials have colours
     kBaseFast = 32,      // planes are packed (entropy/packed_planes.h) instead of range-coded
     kBaseLossless = 64,  // integers throughout (transform/integer.h): all planes together are exact
     kBaseGrown = 128,    // the mesh is coded triangle by triangle (entropy/mesh_coder.h) instead of by Draco
-    kBaseAllFlags = 239,
 };
 
 /// A step on disk: eight steps an octave, (1 + (code % 8) / 8) * 2^-(code / 8), exact in binary.
@@ -87,6 +87,7 @@ struct PartParams {
     bool fast = false;                  // planes are packed, not range-coded
     bool lossless = false;              // coefficients are integers in units of the grid
     TransformOptions transform;         // `kind` comes from the file's header
+    std::vector<MaterialColor> colors;  // of materials (Mesh::material_colors)
 
     [[nodiscard]] float step(unsigned level) const { return step_from_code(steps[level]); }
     [[nodiscard]] float step_across(unsigned level) const { return step_from_code(across[level]); }

@@ -34,6 +34,13 @@ struct VertexField {
 };
 inline constexpr std::size_t kMaxFieldName = 63;
 
+/// The colour of a material, by its label.
+struct MaterialColor {
+    std::uint32_t label = 0;
+    Rgba8 color;
+    friend constexpr bool operator==(const MaterialColor&, const MaterialColor&) = default;
+};
+
 class Paintwork;
 
 /// Indexed triangle mesh.
@@ -43,6 +50,8 @@ class Paintwork;
 /// colors     empty, or V per-vertex colours
 /// materials  empty, or F labels; faces of one material have one label
 /// fields     any number of scalars of different names, and normals at most once
+/// material_colors  empty, or the colours of all faces by label, 0 where `materials` is empty; labels rising. Others are
+///            white. `colors` then says at vertices what it can.
 /// paintwork  null, or what a file's materials and images say of the surface between its vertices (paintwork.h)
 struct Mesh {
     std::vector<Vec3> positions;
@@ -50,6 +59,7 @@ struct Mesh {
     std::vector<Rgba8> colors;
     std::vector<std::uint32_t> materials;
     std::vector<VertexField> fields{};
+    std::vector<MaterialColor> material_colors{};
     std::shared_ptr<const Paintwork> paintwork{};
 };
 

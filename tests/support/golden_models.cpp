@@ -47,6 +47,17 @@ GoldenModel with_fields() {
     return model;
 }
 
+/// Two materials with colours, whose border has vertices of both.
+GoldenModel in_two_colors() {
+    GoldenModel model{"materials", {}, {}, rough_torus(31, 17, 0.01)};
+    for (const Face& f : model.mesh.faces) model.mesh.materials.push_back(model.mesh.positions[f[0]].x < 0 ? 3 : 8);
+    model.mesh.material_colors = {{3, {200, 30, 20, 255}}, {8, {10, 40, 220, 128}}};
+    model.options.base_faces = 60;
+    model.options.levels = 2;
+    model.options.threads = 1;
+    return model;
+}
+
 }  // namespace
 
 std::vector<GoldenModel> golden_models() {
@@ -68,6 +79,7 @@ std::vector<GoldenModel> golden_models() {
     }
     models.push_back({"closing", {}, {}, rough_torus(41, 23, 0.01)});
     models.back().options.threads = 1;
+    models.push_back(in_two_colors());
     return models;
 }
 

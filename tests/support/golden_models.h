@@ -16,7 +16,7 @@ struct GoldenModel {
 
 /// "mixed" (tiles, creases, materials, a part by Draco alone), "colors" (with alpha, and the original mesh), "fields"
 /// (normals, scalars), "fast", "lossless", the transforms by name, "closing" (that ends with the input's own
-/// triangles).
+/// triangles), "materials" (with colours).
 std::vector<GoldenModel> golden_models();
 
 /// File names of a golden model: what a decoder reads, the mesh and the digest of coefficients that it must give.

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <span>
+
+#include "codec/mesh/srgb.h"
 
 namespace mvw {
 namespace {
@@ -212,14 +215,31 @@ class PolygonCutter {
     std::vector<Face> faces_;
 };
 
-/// Gives the mesh the colours of its paints, at vertices and between them.
+/// What each label's polygons are painted in; all are one where labels are one.
+std::vector<MaterialColor> colors_of_labels(const Polygons& polygons, const Mesh& mesh) {
+    std::map<std::uint32_t, Rgba8> colors;
+    for (std::size_t p = 0; p < polygons.count(); ++p)
+        colors.emplace(mesh.materials.empty() ? 0 : polygons.materials[p],
+                       to_srgb(polygons.paints[polygons.paint_of[p]].color));
+    std::vector<MaterialColor> out;
+    for (const auto& [label, color] : colors) out.push_back({label, color});
+    return out;
+}
+
+/// Gives the mesh the colours of its paints: at vertices, and of its materials where no image is, else between
+/// vertices.
 void paint(Polygons& polygons, PaintedFaces painted, Mesh& mesh, CleanReport& report) {
+    const auto has_image = [&](std::uint32_t paint) { return polygons.paints[paint].texture != nullptr; };
+    const bool any_image = std::ranges::any_of(painted.paint_of, has_image);
+    if (any_image) report.textured_vertices = mesh.positions.size();
+    const bool flat = !any_image && polygons.tints.empty();
+    if (flat) mesh.material_colors = colors_of_labels(polygons, mesh);
     painted.paints = std::move(polygons.paints);
     painted.tints = std::move(polygons.tints);
-    const auto has_image = [&](std::uint32_t paint) { return painted.paints[paint].texture != nullptr; };
-    if (std::ranges::any_of(painted.paint_of, has_image)) report.textured_vertices = mesh.positions.size();
-    mesh.paintwork = make_paintwork({mesh.positions, mesh.faces, {}, {}}, std::move(painted));
-    mesh.colors = vertex_colors(*mesh.paintwork);
+    std::shared_ptr<const Paintwork> paintwork =
+        make_paintwork({mesh.positions, mesh.faces, {}, {}}, std::move(painted));
+    mesh.colors = vertex_colors(*paintwork);
+    if (!flat) mesh.paintwork = std::move(paintwork);
 }
 
 }  // namespace
@@ -251,6 +271,9 @@ Result<Mesh> to_mesh(Polygons polygons, CleanReport& report) {
     }
     if (mesh.faces.empty()) return Error{Errc::Malformed, 0, "has no faces"};
 
+    const auto& labels = mesh.materials;
+    if (std::all_of(labels.begin(), labels.end(), [&](std::uint32_t m) { return m == labels[0]; }))
+        mesh.materials.clear();
     if (!polygons.paints.empty()) {
         paint(polygons, std::move(painted), mesh, report);
     } else if (!polygons.colors.empty()) {
@@ -264,9 +287,6 @@ Result<Mesh> to_mesh(Polygons polygons, CleanReport& report) {
                                          : make_finite(field, mesh.positions.size(), report);
         mesh.fields.push_back(std::move(field));
     }
-    const auto& labels = mesh.materials;
-    if (std::all_of(labels.begin(), labels.end(), [&](std::uint32_t m) { return m == labels[0]; }))
-        mesh.materials.clear();
     return mesh;
 }
 
