@@ -12,7 +12,19 @@ function feedAll(bytes) {
   return decoder;
 }
 
+/// Number of each vertex, copies that stand between two colours (the last ones of a mesh) having that of their original.
+function originals({ positions }) {
+  const place = (v) => positions.subarray(3 * v, 3 * v + 3).join();
+  const first = new Map();
+  return Array.from({ length: positions.length / 3 }, (_, v) => {
+    if (!first.has(place(v))) first.set(place(v), v);
+    return first.get(place(v));
+  });
+}
+
 for (const { name, bytes, digest, off } of golden) {
+  const hasCopies = name.includes('materials');
+
   test(`${name}: the coefficients are those of the C++ decoder, bit for bit`, () => {
     const decoder = feedAll(bytes);
     assert.equal(decoder.digest(), digest);
@@ -35,7 +47,10 @@ for (const { name, bytes, digest, off } of golden) {
   });
 
   test(`${name}: it is solid where each of its edges has two faces and they enclose something`, () => {
-    const { triangles, positions, solid } = decode(module, bytes);
+    const mesh = decode(module, bytes);
+    const { positions, solid } = mesh;
+    const original = originals(mesh);
+    const triangles = hasCopies ? mesh.triangles.map((v) => original[v]) : mesh.triangles;
     const sides = new Set();
     let volume = 0;
     for (let t = 0; t < triangles.length; t += 3) {
@@ -82,7 +97,7 @@ for (const { name, bytes, digest, off } of golden) {
     const early = decoder.draw({ bytes: points[0] });
     assert.ok(early.error >= whole.error && early.bytes < whole.bytes);
     const bases = decoder.draw({ level: 0 });
-    assert.equal(bases.positions.length / 3, about.vertices[0]);
+    assert.equal(hasCopies ? new Set(originals(bases)).size : bases.positions.length / 3, about.vertices[0]);
     assert.equal(bases.triangles.length / 3, about.faces[0]);
     const lowLayer = decoder.draw({ layer: 0 });
     assert.ok(lowLayer.bytes < whole.bytes);
@@ -93,13 +108,16 @@ for (const { name, bytes, digest, off } of golden) {
   test(`${name}: edges are each triangle's, once; base edges lie among them`, () => {
     const decoder = feedAll(bytes);
     const mesh = decoder.draw({ edges: true, baseEdges: true });
-    const key = (a, b) => (a < b ? `${a} ${b}` : `${b} ${a}`);
+    const original = originals(mesh);
+    const named = (v) => (hasCopies ? original[v] : v);
+    const key = (...ends) => ends.map(named).sort((a, b) => a - b).join(' ');
     const edges = new Set();
     for (let t = 0; t < mesh.triangles.length; t += 3)
       for (let k = 0; k < 3; k++) edges.add(key(mesh.triangles[t + k], mesh.triangles[t + ((k + 1) % 3)]));
     const drawn = [];
     for (let i = 0; i < mesh.edges.length; i += 2) drawn.push(key(mesh.edges[i], mesh.edges[i + 1]));
-    assert.equal(new Set(drawn).size, drawn.length);
+    // Those at copies may come as often as they have faces.
+    if (!hasCopies) assert.equal(new Set(drawn).size, drawn.length);
     assert.deepEqual(new Set(drawn), edges);
     for (let i = 0; i < mesh.baseEdges.length; i += 2)
       assert.ok(edges.has(key(mesh.baseEdges[i], mesh.baseEdges[i + 1])));
