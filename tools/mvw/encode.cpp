@@ -158,7 +158,7 @@ void encode_file(EncodeArguments& arguments) {
     Mesh mesh = load_mesh(arguments.input, importing, arguments.texture);
     if (!arguments.texture.empty() && importing.textured_vertices == 0)
         throw Fatal{kFailure, arguments.texture +
-                                  ": colours nothing: it is no PNG or JPEG, or the mesh is no OBJ with " +
+                                  ": colours nothing: it is no PNG, JPEG or WebP, or the mesh is no OBJ with " +
                                   "texture coordinates"};
     const Result<Encoded> encoded = encode(std::move(mesh), options);
     end_progress();
@@ -227,7 +227,7 @@ void add_encode(CLI::App& app) {
         ->check(CLI::IsMember({4, 10}));
     command->add_option(
         "--texture", arguments->texture,
-        "PNG or JPEG that colours the vertices of an .obj with texture coordinates that names no image");
+        "PNG, JPEG or WebP that colours the vertices of an .obj with texture coordinates that names no image");
     command->add_flag("--normals", options.normals,
                       "Code the input's normals, too (default: whoever draws the surface computes them)");
     command->add_flag("!--no-scalars", options.scalars,

@@ -22,6 +22,15 @@ std::array<double, 2> pair_of(const tinygltf::Value& object, const char* name, s
     return {list.Get(0).GetNumberAsDouble(), list.Get(1).GetNumberAsDouble()};
 }
 
+/// EXT_texture_webp's image goes before the one for those who cannot read it.
+int image_of(const tinygltf::Texture& texture) {
+    const auto webp = texture.extensions.find("EXT_texture_webp");
+    const int source = webp != texture.extensions.end() ? index_of(webp->second, "source") : -1;
+    if (source >= 0 || texture.source >= 0) return source >= 0 ? source : texture.source;
+    const auto basis = texture.extensions.find("KHR_texture_basisu");
+    return basis != texture.extensions.end() ? index_of(basis->second, "source") : -1;
+}
+
 /// KHR_texture_transform: first scale, then turn, then offset.
 void take_transform(const tinygltf::Value& transform, Paint& paint, std::string& coordinates) {
     if (!transform.IsObject()) return;
@@ -62,8 +71,9 @@ void GltfPaints::add(const tinygltf::Material& material) {
         for (std::size_t k = 0; k < 4; ++k) paint.color[k] = std::clamp(pbr.baseColorFactor[k], 0.0, 1.0);
     if (!in_range(pbr.baseColorTexture.index, model_.textures)) return;
     const tinygltf::Texture& texture = model_.textures[static_cast<std::size_t>(pbr.baseColorTexture.index)];
+    const int image = image_of(texture);
     paint.texture = textures_.get(
-        texture.source, "image " + std::to_string(texture.source), [&] { return decode(texture.source); }, missing_);
+        image, "image " + std::to_string(image), [&] { return decode(image); }, missing_);
     coordinates = "TEXCOORD_" + std::to_string(pbr.baseColorTexture.texCoord);
     if (in_range(texture.sampler, model_.samplers)) {
         const tinygltf::Sampler& sampler = model_.samplers[static_cast<std::size_t>(texture.sampler)];

@@ -25,7 +25,7 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path);
 ///
 /// Fields are the scalar properties of PLY vertices, glTF's _NAME attributes of one number, and normals; OBJ's corners
 /// give their vertex the mean of their normals. Where materials have colours other than one grey, or images for them
-/// (OBJ's Kd and map_Kd, glTF's baseColorFactor and baseColorTexture; PNG or JPEG), the mesh has a paintwork, and its
+/// (OBJ's Kd and map_Kd, glTF's baseColorFactor and baseColorTexture; PNG, JPEG or WebP), the mesh has a paintwork, and its
 /// vertices that paintwork's colours, the mean of their corners' where seams give them several. texture: an image for
 /// OBJ files with texture coordinates that name none.
 Result<Mesh> read_mesh(const std::string& path, CleanReport& report, const std::string& texture = {});

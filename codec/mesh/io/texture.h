@@ -17,9 +17,9 @@ class Texture {
  public:
     enum class Wrap : std::uint8_t { Repeat, Mirror, Clamp };
 
-    /// A PNG or JPEG file (the two that glTF knows), through Debian's libstb. Unsupported where it is neither;
-    /// Malformed where it is damaged; LimitExceeded where it has over 2^26 pixels, or more than its bytes can stand
-    /// for.
+    /// A PNG, JPEG or WebP file (those that glTF knows but for KTX), through Debian's libstb and libwebp. Unsupported
+    /// where it is none; Malformed where it is damaged; LimitExceeded where it has over 2^26 pixels, or more than its
+    /// bytes can stand for.
     static Result<Texture> decode(ByteSpan file);
     /// Red, green, blue (linear, in [0, 1]) and alpha between the four texels around (u, v); (0, 0) is the upper left
     /// corner of the image, (1, 1) the lower right one. Zeros where u or v is not finite.
@@ -27,7 +27,9 @@ class Texture {
     [[nodiscard]] std::size_t pixels() const { return texels_.size(); }
 
  private:
-    Texture(std::int64_t width, std::int64_t height) : width_(width), height_(height) {}
+    Texture(std::int64_t width, std::int64_t height)
+        : width_(width), height_(height), texels_(static_cast<std::size_t>(width * height)) {}
+    static Result<Texture> decode_webp(ByteSpan file);
     std::int64_t width_, height_;
     std::vector<Rgba8> texels_;  // rows from the top
 };

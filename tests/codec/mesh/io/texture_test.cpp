@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stb_image_write.h>
+#include <webp/encode.h>
 
 #include <cmath>
 #include <filesystem>
@@ -49,6 +50,30 @@ TEST(Texture, TexelsAreWhereGltfSaysAndLightMixesBetweenThem) {
     EXPECT_EQ(bytes_at(t, 1.25, 0.25, Texture::Wrap::Mirror), (Texel{0, 255, 0, 255}));
     EXPECT_EQ(bytes_at(t, 9, 0.25, Texture::Wrap::Clamp), (Texel{0, 255, 0, 255}));
     EXPECT_EQ(bytes_at(t, std::nan(""), 1e300), (Texel{0, 0, 0, 0}));
+}
+
+/// The small image in WebP.
+Bytes small_webp() {
+    const std::uint8_t texels[16] = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 128};
+    std::uint8_t* file = nullptr;
+    const std::size_t size = WebPEncodeLosslessRGBA(texels, 2, 2, 8, &file);
+    const auto* begin = reinterpret_cast<const std::byte*>(file);
+    Bytes bytes(begin, begin + size);
+    WebPFree(file);
+    return bytes;
+}
+
+TEST(Texture, WebpIsDecodedAndItsSizeChecked) {
+    const Texture t = Texture::decode(small_webp()).value();
+    EXPECT_EQ(bytes_at(t, 0.25, 0.25), (std::array<int, 4>{255, 0, 0, 255}));
+    EXPECT_EQ(bytes_at(t, 0.75, 0.75), (std::array<int, 4>{255, 255, 255, 128}));
+    Bytes cut = small_webp();
+    cut.resize(cut.size() - 8);
+    EXPECT_FALSE(Texture::decode(cut).ok());
+    // A lossless image of 16,384 by 16,384: 14 bits each, less one, behind the signature.
+    Bytes huge = small_webp();
+    for (const std::size_t at : {21u, 22u, 23u}) huge[at] = std::byte{0xFF};
+    EXPECT_EQ(Texture::decode(huge).error().code, Errc::LimitExceeded);
 }
 
 TEST(Texture, OnlyPngAndJpegOfPlausibleSizeAreDecoded) {
@@ -204,6 +229,20 @@ TEST_F(TexturedObj, GltfsImagesFactorsAndTransformsColourVertices) {
     EXPECT_EQ(colors(R"({"baseColorFactor":[1,0,0,1]})")[1], (Rgba8{255, 0, 0, 255}));
     EXPECT_EQ(report_.textured_vertices, 0u) << "no image";
     EXPECT_EQ(colors(R"({"baseColorFactor":[0.5,0.5,0.5,1]})"), none) << "one grey tells nothing";
+    // As web tools write it: WebP beside the image for others, or alone.
+    write("image.webp", small_webp());
+    for (const std::string texture : {R"({"source":0,"extensions":{"EXT_texture_webp":{"source":1}}})",
+                                      R"({"extensions":{"EXT_texture_webp":{"source":1}}})"}) {
+        std::string gltf = gltf_of(R"({"baseColorTexture":{"index":0}})");
+        const auto put = [&](const std::string& at, const std::string& with) {
+            gltf.replace(gltf.find(at), at.size(), with);
+        };
+        put(R"({"source":0})", texture);
+        put(R"([{"uri":"image.png"}])", R"([{"uri":"nowhere.png"},{"uri":"image.webp"}])");
+        write("webp.gltf", as_bytes(gltf));
+        report_ = {};
+        EXPECT_EQ(read_mesh(path("webp.gltf"), report_).value().colors, plain);
+    }
     std::filesystem::remove(path("image.png"));
     EXPECT_EQ(colors(R"({"baseColorTexture":{"index":0}})"), none);
     EXPECT_EQ(report_.missing_textures.size(), 1u);
