@@ -14,6 +14,7 @@
 #include "codec/mesh/paintwork.h"
 #include "codec/mesh/srgb.h"
 #include "tests/support/models.h"
+#include "tests/support/program.h"
 
 namespace mvw {
 namespace {
@@ -246,6 +247,24 @@ TEST_F(TexturedObj, GltfsImagesFactorsAndTransformsColourVertices) {
     std::filesystem::remove(path("image.png"));
     EXPECT_EQ(colors(R"({"baseColorTexture":{"index":0}})"), none);
     EXPECT_EQ(report_.missing_textures.size(), 1u);
+}
+
+TEST(TexturedModels, AWebpInAGlbPaintsASquareAndAColourTheNextOne) {
+    CleanReport report;
+    const Mesh mesh = read_mesh(test_data_folder() + "/painted_webp.glb", report).value();
+    ASSERT_NE(mesh.paintwork, nullptr);
+    EXPECT_TRUE(report.missing_textures.empty());
+    ASSERT_EQ(mesh.faces.size(), 4u);
+    EXPECT_EQ(to_srgb(mesh.paintwork->at(2, {1, 0, 0})), (Rgba8{0, 0, 255, 255}));
+    // The image's green rises with its rows; the factor halves its light.
+    const auto green = [&](std::uint32_t face, std::size_t corner) {
+        std::array<double, 3> at{};
+        at[corner] = 1;
+        return mesh.paintwork->at(face, at)[1];
+    };
+    EXPECT_LT(green(0, 0), 0.1);
+    EXPECT_GT(green(1, 2), 0.25);
+    EXPECT_LE(green(1, 2), 0.5);
 }
 
 TEST(TexturedModels, SpotsCoatIsThatOfItsImage) {
