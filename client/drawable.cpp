@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "codec/mesh/material_colors.h"
 #include "codec/mesh/normals.h"
 #include "codec/mesh/solid.h"
 
@@ -62,10 +63,7 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
     const FileHeader& header = *decoder.header();
     Drawable out;
     set_positions(*mesh, {header.center[0], header.center[1], header.center[2]}, out);
-    out.triangles.reserve(mesh->faces.size() * 3);
-    for (const Face& f : mesh->faces) out.triangles.insert(out.triangles.end(), f.begin(), f.end());
     set_normals(*mesh, out);
-    out.colors = std::move(mesh->colors);
     std::uint32_t first_vertex = 0;
     for (std::size_t part = 0; part < header.parts.size(); ++part) {
         const BaseMesh* base = decoder.base(part);
@@ -80,6 +78,14 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
         if (options.edges) add_edge_lines(*base, level, first_vertex, true, out.edges);
         first_vertex += static_cast<std::uint32_t>(vertices_at_level(*base, level));
     }
+    // Copies between two colours have the normal of what they copy.
+    for (const std::uint32_t v : colors_to_vertices(*mesh)) {
+        out.positions.push_back(Vec3f(out.positions[v]));
+        out.normals.push_back(Vec3f(out.normals[v]));
+    }
+    out.colors = std::move(mesh->colors);
+    out.triangles.reserve(mesh->faces.size() * 3);
+    for (const Face& f : mesh->faces) out.triangles.insert(out.triangles.end(), f.begin(), f.end());
     if (options.edges) add_inner_edges(out.triangles, first_vertex, out.edges);
     return out;
 }

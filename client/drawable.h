@@ -7,17 +7,18 @@
 
 namespace mvw::client {
 
-/// V vertices, F triangles; positions are relative to the header's `center`, in model units.
+/// V vertices, F triangles; positions are relative to the header's `center`, in model units. A vertex between two
+/// materials' colours is there once for each, with one normal; such copies come last.
 struct Drawable {
     std::vector<Vec3f> positions;          // V
     std::vector<Vec3f> normals;            // V, unit: the file's, else the mean over triangles by area; zero where none
     std::vector<Rgba8> colors;             // V, or empty
     std::vector<std::uint32_t> triangles;  // 3 F
-    std::vector<std::uint32_t> edges;      // two for each edge of a triangle; empty unless asked for
+    std::vector<std::uint32_t> edges;  // two for each edge of a triangle, at copies maybe twice; empty unless asked for
     std::vector<std::uint32_t> base_edges;  // two for each piece of a base mesh's edge; empty unless asked for
     unsigned level = 0;                     // finest among the parts
     std::uint32_t parts = 0;  // that have come; where a closing part shows instead of them, one more than they are
-    bool solid = false;                     // all of these bound solids, by their bases (codec/mesh/solid.h)
+    bool solid = false;       // all of these bound solids, by their bases (codec/mesh/solid.h)
 };
 
 struct DrawableOptions {

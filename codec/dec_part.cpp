@@ -5,10 +5,8 @@
 #include <atomic>
 #include <functional>
 #include <string>
-#include <utility>
 
 #include "codec/entropy/packed_planes.h"
-#include "codec/mesh/vertex_data.h"
 #include "codec/tiles.h"
 
 namespace mvw {
@@ -45,19 +43,6 @@ std::uint64_t most_vertices(const Limits& limits) {
 bool is_coefficients(Channel channel) {
     return channel == Channel::Geometry || channel == Channel::Color ||
            (channel >= Channel::FirstField && channel <= Channel::LastField);
-}
-
-/// Of the base's faces, by their materials; white where those have none. Empty where no material has one.
-std::vector<Rgba8> colors_of_faces(const DecodedBase& base) {
-    const std::vector<MaterialColor>& known = base.params.colors;
-    std::vector<Rgba8> colors(known.empty() ? 0 : base.mesh.face_count());
-    for (std::size_t f = 0; f < colors.size(); ++f) {
-        const std::uint32_t label = base.materials.empty() ? 0 : base.materials[f];
-        const auto at = std::lower_bound(known.begin(), known.end(), label,
-                                         [](const MaterialColor& c, std::uint32_t l) { return c.label < l; });
-        if (at != known.end() && at->label == label) colors[f] = at->color;
-    }
-    return colors;
 }
 
 /// Whether every edge is sharp and no curve of them goes on through a vertex: without details all faces are flat.
@@ -109,8 +94,7 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
     if (!base.ok()) return base.error();
     base_ = std::move(*base);
     error_code_ = base_->params.error_code;
-    face_colors_ = colors_of_faces(*base_);
-    facets_ = are_facets(base_->mesh, base_->creases);
+    flat_ = flat_ && are_facets(base_->mesh, base_->creases);
     whole_ = Tiling(base_->mesh, std::vector<std::uint16_t>(base_->mesh.face_count(), 0), 1);
     tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
     blocks_.resize((1 + attributes_.size()) * info_.tiles * (finest_ + 1u));
@@ -182,7 +166,8 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
     if (*ready != Readiness::Ready) return Taken::Dropped;
     if (const Result<void> r = queue_planes(id, front, in, whole); !r.ok()) return r.error();
     if (whole) error_code_ = std::max(error_code_, front.error_code);
-    if (id.level > 0 && id.channel == Channel::Geometry) detail_level_ = std::max<unsigned>(detail_level_, id.level);
+    detail_level_ = std::max<unsigned>(detail_level_, id.level);
+    if (id.channel == Channel::Geometry && id.level > 0) flat_ = false;
     return Taken::Used;
 }
 
@@ -464,7 +449,7 @@ std::vector<std::uint32_t> PartDecoder::changed_faces() const {
 
 bool PartDecoder::needs_transform(unsigned level) const {
     if (!base_ || level == 0 || base_->params.lossless) return false;
-    if (is_flat()) return false;
+    if (flat_) return false;
     const bool again = surface_.size() == vertex_count(level);
     if (again && changed_level_ > level) return false;
     return !transform_ || transform_levels_ < level || (again && !updates_);
@@ -506,7 +491,7 @@ void PartDecoder::synthesize(unsigned level) {
     if (again && changed_level_ > level) return;
     const std::span<const Vec3f> coefficients = std::span(coefficients_).first(V);
     surface_.resize(V);
-    if (is_flat())
+    if (flat_)
         lay_flat(level);
     else if (again)
         transform_->update(coefficients, changed_faces(), changed_level_, level, surface_);
@@ -514,31 +499,6 @@ void PartDecoder::synthesize(unsigned level) {
         transform_->synthesize(coefficients, level, surface_);
     changed_level_ = kUnchanged;
     std::fill(changed_tiles_.begin(), changed_tiles_.end(), std::uint8_t{0});
-}
-
-void PartDecoder::paint(unsigned level, std::size_t first_face, std::vector<std::uint8_t>& painted, Mesh& out) const {
-    if (face_colors_.empty()) return;
-    out.colors.resize(out.positions.size());
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> copies;  // by vertex and colour
-    const std::size_t faces_of_base = std::size_t{1} << (2 * std::min(level, finest_));
-    for (std::size_t f = 0; f < face_colors_.size() * faces_of_base; ++f) {
-        const Rgba8 color = face_colors_[f / faces_of_base];
-        for (std::uint32_t& v : out.faces[first_face + f]) {
-            if (painted[v] == 0 || out.colors[v] == color) {
-                painted[v] = 1;
-                out.colors[v] = color;
-                continue;
-            }
-            const std::uint32_t key = std::uint32_t{color.r} << 24 | color.g << 16 | color.b << 8 | color.a;
-            const auto [copy, is_new] = copies.try_emplace({v, key}, static_cast<std::uint32_t>(out.positions.size()));
-            if (is_new) {
-                out.positions.push_back(out.positions[v]);
-                append_vertex_data(out, v, out);
-                out.colors.back() = color;
-            }
-            v = copy->second;
-        }
-    }
 }
 
 void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {

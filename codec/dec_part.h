@@ -30,7 +30,7 @@ class PartDecoder {
     [[nodiscard]] const BaseMesh* base() const { return base_ ? &base_->mesh : nullptr; }
     /// Of positions, then of attributes, each in hierarchical order, as far as blocks have come.
     [[nodiscard]] std::vector<std::span<const Vec3f>> coefficients();
-    /// Finest level of which a detail has come.
+    /// Finest level of which a detail has come, of positions or attributes.
     [[nodiscard]] unsigned detail_level() const { return detail_level_; }
     /// Lowest error that a chunk taken in has stated.
     [[nodiscard]] std::uint8_t error_code() const { return error_code_; }
@@ -42,10 +42,8 @@ class PartDecoder {
     /// Asked again for a level, it synthesises only what chunks have changed since: work in proportion to their tiles
     /// and levels, but for the copy handed out.
     void append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out);
-    /// Gives the vertices of faces from `first_face` on, which append_mesh() added for this level, the colours of their
-    /// materials, where these are known. Vertices between two colours are there once for each: copies come last.
-    /// painted: flags of all parts' vertices, none set of this part's.
-    void paint(unsigned level, std::size_t first_face, std::vector<std::uint8_t>& painted, Mesh& out) const;
+    /// Colours of materials, as far as the base says them.
+    [[nodiscard]] std::span<const MaterialColor> material_colors() const { return base_->params.colors; }
 
  private:
     struct Block {
@@ -88,7 +86,6 @@ class PartDecoder {
     [[nodiscard]] bool needs_attribute_transform(unsigned level) const;
     void make_transform(unsigned level);
     void synthesize(unsigned level);
-    [[nodiscard]] bool is_flat() const { return facets_ && detail_level_ == 0; }
     void lay_flat(unsigned level);
     void mark_changed(const ChunkId& id);
     [[nodiscard]] std::vector<std::uint32_t> changed_faces() const;
@@ -122,8 +119,7 @@ class PartDecoder {
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
     PartUnits units_;
-    std::vector<Rgba8> face_colors_;              // of the base's; empty where materials have none
-    bool facets_ = false;                         // flat where no details have come
+    bool flat_ = true;                            // facets, of which no details have come
     Tiling whole_, tiling_;                       // of levels below info_.first_tiled_level, and of the others
     std::vector<std::unique_ptr<Block>> blocks_;  // by kind (kind_of), tile and level; null before the first chunk
     std::uint64_t blocks_left_ = 0;               // that memory allows

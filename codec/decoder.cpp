@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -224,20 +225,28 @@ std::uint64_t Decoder::revision() const {
     return state_->revision;
 }
 
+namespace {
+
+/// Labels stay in order; what is known of one already stays.
+void add_colors(std::span<const MaterialColor> from, std::vector<MaterialColor>& to) {
+    std::vector<MaterialColor> all;
+    std::set_union(to.begin(), to.end(), from.begin(), from.end(), std::back_inserter(all),
+                   [](const MaterialColor& a, const MaterialColor& b) { return a.label < b.label; });
+    to = std::move(all);
+}
+
+}  // namespace
+
 Result<Mesh> Decoder::mesh(unsigned level) const {
     State& s = *state_;
     Mesh out;
-    std::vector<std::pair<std::size_t, std::size_t>> shown;  // parts, and where their faces begin
     for (std::size_t part = 0; part < s.parts.size(); ++part) {
         if (!shows(part, level)) continue;
-        shown.emplace_back(part, out.faces.size());
         const auto& center = s.header->center;
         s.parts[part].append_mesh(level, {center[0], center[1], center[2]}, s.header->diagonal, out);
+        add_colors(s.parts[part].material_colors(), out.material_colors);
     }
     if (out.faces.empty()) return Error{Errc::NeedMoreData, s.position, "no base mesh is there yet"};
-    std::vector<std::uint8_t> painted(out.positions.size(), 0);
-    for (const auto& [part, first_face] : shown) s.parts[part].paint(level, first_face, painted, out);
-    if (!out.colors.empty()) out.colors.resize(out.positions.size());
     return out;
 }
 

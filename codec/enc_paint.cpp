@@ -15,10 +15,13 @@ namespace {
 
 // What vertices may leave out: RMS of a colour's component in [0, 1], 36 dB, ...
 constexpr double kShown = 0.015;
-// ... 30 dB where edges are a 500th of the diagonal (borders between areas of one colour leave something on any level), ...
+// ... 30 dB where edges are a 500th of the diagonal (borders between areas of one colour leave something on any level),
+// ...
 constexpr double kNearlyShown = 0.03, kShortEdge = 1.0 / 500;
 // ... or anything between vertices that a picture of the whole model cannot show apart.
 constexpr double kPixel = 1.0 / 1000;
+
+constexpr std::size_t kManyVertices = 1'000'000;
 
 using Light = std::array<double, 4>;  // red, green, blue (linear), alpha
 
@@ -141,6 +144,12 @@ SemiRegularMesh Painter::paint(SemiRegularMesh part, const TransformOptions& tra
     // Loop's rule moves vertices on every level, whatever the details.
     const bool may_grow = predict_rule(transform.kind) != PredictRule::Loop;
     std::vector<Light> samples = sample(surface.positions(), threads);
+    if (part.positions.size() > kManyVertices && double(part.positions.size()) > most / 4) {
+        // As fine as images are, or nearly: no need of what lies between.
+        part.colors.clear();
+        for (const Light& light : samples) part.colors.push_back(to_srgb(light));
+        return part;
+    }
     for (;;) {
         const std::size_t count = surface.positions().size();
         surface.add_level();

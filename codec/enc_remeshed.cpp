@@ -13,6 +13,7 @@
 #include "codec/enc_measured_order.h"
 #include "codec/enc_original.h"
 #include "codec/enc_paint.h"
+#include "codec/mesh/material_colors.h"
 #include "codec/remesh/parallel.h"
 
 namespace mvw {
@@ -144,7 +145,9 @@ void code_parts(const Source& source, const BaseGrid& grid, const Painter* paint
             snapped = source.adaptations[p]->snap(precision.base_bits, threads);
         }
         SemiRegularMesh& mesh = snapped.mesh;
-        if (painter && mesh.levels > 0) {
+        const bool is_flat = all_have_colors(precision.colors, mesh.materials);
+        if (is_flat) mesh.colors.clear();
+        if (painter && mesh.levels > 0 && !is_flat) {
             // Without details the next level of a recognised mesh would not be flat between its vertices.
             const bool may_grow =
                 source.options.levels < 0 && source.options.color_levels && source.origins[p] != PartOrigin::Recognized;
@@ -451,8 +454,11 @@ Result<void> Draft::paint(const EncodeOptions& options, Encoded& out) {
     Result<Coded> painted = s.code(s.grid, options.threads, &painter);
     if (!painted.ok()) return painted.error();
     s.coded = std::move(*painted);
-    for (std::size_t p = 0; p < s.source.parts.size(); ++p)
-        out.color_levels = std::max(out.color_levels, s.coded.model.parts[p].mesh.levels - s.source.parts[p].levels);
+    for (std::size_t p = 0; p < s.source.parts.size(); ++p) {
+        const SemiRegularMesh& part = s.coded.model.parts[p].mesh;
+        out.color_levels = std::max(out.color_levels, part.levels - s.source.parts[p].levels);
+        out.painted_vertices += part.colors.size();
+    }
     if (options.progress) options.progress("paint", 1);
     return {};
 }

@@ -56,7 +56,8 @@ Trial try_out(EncoderInput& input, RemeshResult remeshed, const EncodeOptions& o
 bool is_sharp(const SemiRegularMesh& part) {
     for (std::size_t e = 0; e < part.creases.size(); ++e) {
         const auto& [f, g] = part.base.edges()[e].face;
-        if (part.creases[e] != 0 && (part.materials.empty() || part.materials[f] == part.materials[g])) return true;
+        const bool is_border = !part.materials.empty() && g != kNone && part.materials[f] != part.materials[g];
+        if (part.creases[e] != 0 && !is_border) return true;
     }
     return false;
 }

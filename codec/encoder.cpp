@@ -53,6 +53,12 @@ bool are_fields_sound(const Mesh& mesh) {
     return true;
 }
 
+bool are_in_order(const std::vector<MaterialColor>& colors) {
+    return std::ranges::adjacent_find(colors, [](const MaterialColor& a, const MaterialColor& b) {
+               return a.label >= b.label;
+           }) == colors.end();
+}
+
 /// Takes away the fields that are not asked for, or more than a file holds, normals first. Names of the latter.
 std::vector<std::string> choose_fields(const EncodeOptions& options, std::vector<VertexField>& fields) {
     std::erase_if(fields, [&](const VertexField& field) {
@@ -77,11 +83,12 @@ Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
     if (!are_fields_sound(mesh))
         return Error{Errc::InvalidArgument, 0,
                      "a field of the vertices has no name of its own, or not a finite value each"};
+    if (!are_in_order(mesh.material_colors))
+        return Error{Errc::InvalidArgument, 0, "colours of materials are not in the order of their labels"};
     Encoded out;
     out.left_out = choose_fields(asked_for, mesh.fields);
     const std::shared_ptr<const Paintwork> paintwork = mesh.paintwork;
     const std::vector<MaterialColor> material_colors = mesh.material_colors;
-    if (!material_colors.empty()) mesh.colors.clear();  // which say less
     mesh = clean(std::move(mesh), out.cleaning);
     mesh.paintwork = paintwork;
     mesh.material_colors = material_colors;

@@ -52,6 +52,7 @@ struct Encoded {
     std::uint64_t input_vertices = 0, input_faces = 0;  // after cleaning
     std::uint32_t parts = 0, base_faces = 0, levels = 0;
     std::uint32_t color_levels = 0;     // of them, that are there for colours alone
+    std::uint64_t painted_vertices = 0;  // whose colours are those of images
     std::uint32_t material_colors = 0;  // materials with a colour of their own
     std::uint64_t vertices = 0, base_bytes = 0, color_bytes = 0, original_bytes = 0;
     std::uint64_t closing_bytes = 0;  // of the input's own triangles at the end; 0: none

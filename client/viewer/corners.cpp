@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "codec/mesh/material_colors.h"
+
 namespace mvw {
 namespace {
 
@@ -52,12 +54,15 @@ std::vector<Corner> make_corners(const Mesh& mesh, const Vec3& origin, double sc
     const Fans fans(mesh);
     std::vector<Corner> corners;
     corners.reserve(3 * mesh.faces.size());
-    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+        const Rgba8* material = color_of(mesh.material_colors, mesh.materials.empty() ? 0 : mesh.materials[f]);
         for (const std::uint32_t v : mesh.faces[f]) {
+            const Rgba8 own = mesh.colors.empty() ? plain : mesh.colors[v];
             const Vec3 normal = flat ? normalized(areas[f]) : smooth_normal(areas, fans, f, v);
             corners.push_back({to_float((mesh.positions[v] - origin) / scale), to_float(normal),
-                               mesh.colors.empty() ? plain : mesh.colors[v]});
+                               material != nullptr ? *material : own});
         }
+    }
     return corners;
 }
 

@@ -17,7 +17,7 @@ struct CleanReport {
     std::uint64_t triangulated_polygons = 0;    // filled by the importers
     std::uint64_t replaced_values = 0;          // likewise: numbers of fields that were none, now the field's mean
     std::vector<std::string> dropped_fields;    // likewise: names of what files say of vertices that is not kept
-    std::uint64_t textured_vertices = 0;        // likewise: whose colours come from images, which are not kept
+    std::uint64_t textured_vertices = 0;        // likewise: of meshes some of whose materials have images
     std::vector<std::string> missing_textures;  // likewise: images that could not be read, and why
     std::uint64_t welded_vertices = 0;          // joined with another of bit-equal position
     std::uint64_t unused_vertices = 0;          // in no face

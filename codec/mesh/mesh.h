@@ -50,8 +50,8 @@ class Paintwork;
 /// colors     empty, or V per-vertex colours
 /// materials  empty, or F labels; faces of one material have one label
 /// fields     any number of scalars of different names, and normals at most once
-/// material_colors  empty, or the colours of all faces by label, 0 where `materials` is empty; labels rising. Others are
-///            white. `colors` then says at vertices what it can.
+/// material_colors  colours of faces by label, 0 where `materials` is empty; labels rising. Faces of other labels have
+///            the colours of their vertices (material_colors.h)
 /// paintwork  null, or what a file's materials and images say of the surface between its vertices (paintwork.h)
 struct Mesh {
     std::vector<Vec3> positions;

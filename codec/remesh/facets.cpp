@@ -23,6 +23,10 @@ struct Counts {
     std::uint32_t faces = 0, vertices = 0, ears = 0;
 };
 
+bool has_ears(const Counts& counts) {
+    return counts.ears * kFewEars >= counts.vertices;
+}
+
 std::vector<Counts> count(const Mesh& mesh, const std::vector<std::uint32_t>& component_of_face,
                           std::size_t components) {
     std::vector<Counts> counts(components);
@@ -48,14 +52,19 @@ std::vector<std::uint8_t> choose_facets(const Mesh& mesh, const std::vector<std:
     std::vector<std::uint8_t> chosen(components, 0);
     std::size_t together = 0;
     for (std::uint32_t c = 0; c < components; ++c) {
-        const bool has_ears = counts[c].ears * kFewEars >= counts[c].vertices;
-        if (!wanted(c) || counts[c].faces > kMostFacets || (has_ears && !allow_ears)) continue;
+        if (!wanted(c) || counts[c].faces > kMostFacets || has_ears(counts[c])) continue;
         chosen[c] = 1;
-        together += has_ears ? kFacesOfEars * counts[c].faces : counts[c].faces;
+        together += counts[c].faces;
     }
-    if (together <= kMostTogether) return chosen;
-    if (allow_ears) return choose_facets(mesh, component_of_face, components, false, wanted);
-    return std::vector<std::uint8_t>(components, 0);
+    if (together > kMostTogether) return std::vector<std::uint8_t>(components, 0);
+    for (std::uint32_t c = 0; c < components && allow_ears; ++c) {
+        const std::size_t faces = kFacesOfEars * counts[c].faces;
+        const bool fits = counts[c].faces <= kMostFacets && together + faces <= kMostTogether;
+        if (!wanted(c) || !has_ears(counts[c]) || !fits) continue;
+        chosen[c] = 1;
+        together += faces;
+    }
+    return chosen;
 }
 
 namespace {

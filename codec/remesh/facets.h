@@ -13,8 +13,8 @@ namespace mvw {
 inline constexpr std::uint32_t kMostFacets = 1500;
 
 /// Flags (one for each of `components`) of those among the wanted ones that may be their own bases: of few faces, too,
-/// all together, and, unless ears are allowed, without many vertices of a single face, whose details would not be zero.
-/// mesh: clean. component_of_face (F). O(F).
+/// all together, and without many vertices of a single face, whose details would not be zero; where such ears are
+/// allowed, these too while there is room. mesh: clean. component_of_face (F). O(F).
 std::vector<std::uint8_t> choose_facets(const Mesh& mesh, const std::vector<std::uint32_t>& component_of_face,
                                         std::size_t components, bool allow_ears,
                                         const std::function<bool(std::uint32_t)>& wanted);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "client/drawable.h"
@@ -10,7 +11,10 @@
 #include "codec/encoder.h"
 #include "codec/measure/surface_error.h"
 #include "codec/mesh/clean.h"
+#include "codec/mesh/io/mesh_io.h"
+#include "codec/mesh/material_colors.h"
 #include "tests/support/encoded_models.h"
+#include "tests/support/meshes.h"
 #include "tests/support/semi_regular_models.h"
 #include "tests/support/shapes.h"
 
@@ -37,8 +41,12 @@ Bytes encoded(const Mesh& mesh, unsigned base_faces = 150) {
     return encode(mesh, options).value().file;
 }
 
-/// Every face has its material's colour at all three corners.
-void expect_sharp(const Mesh& mesh) {
+/// Every face has its material's colour at all three corners, once vertices have them.
+void expect_sharp(Mesh mesh) {
+    const std::size_t vertices = mesh.positions.size();
+    const std::vector<std::uint32_t> copied = colors_to_vertices(mesh);
+    ASSERT_EQ(mesh.positions.size(), vertices + copied.size());
+    for (std::size_t k = 0; k < copied.size(); ++k) EXPECT_EQ(mesh.positions[vertices + k], mesh.positions[copied[k]]);
     ASSERT_EQ(mesh.colors.size(), mesh.positions.size());
     ASSERT_EQ(mesh.materials.size(), mesh.faces.size());
     for (std::size_t f = 0; f < mesh.faces.size(); ++f)
@@ -52,10 +60,8 @@ TEST(MaterialColors, AreSharpOnEveryLevelAndTheSurfaceStaysClosed) {
     for (unsigned level = 0; level < 6; ++level) {
         const Mesh mesh = decode(file, level).value();
         expect_sharp(mesh);
-        // Copies lie where what they copy does: welded, there is no boundary.
-        CleanReport report;
         std::vector<std::uint32_t> component_of_face;
-        const std::vector<Component> parts = components(clean(mesh, report), component_of_face);
+        const std::vector<Component> parts = components(mesh, component_of_face);
         ASSERT_EQ(parts.size(), 1u);
         EXPECT_EQ(parts[0].boundary_loops, 0u) << level;
         EXPECT_EQ(parts[0].genus, 1) << level;
@@ -84,7 +90,8 @@ TEST(MaterialColors, FacetsAndLooseFacesHaveThem) {
     for (const bool loose : {false, true}) {
         if (loose) mesh.faces.resize(5), mesh.materials.resize(5);
         for (const unsigned level : {0u, 1u}) {
-            const Mesh decoded = decode(encoded(mesh, 0), level).value();
+            Mesh decoded = decode(encoded(mesh, 0), level).value();
+            (void)colors_to_vertices(decoded);
             ASSERT_EQ(decoded.colors.size(), decoded.positions.size());
             for (std::size_t f = 0; f < decoded.faces.size(); ++f)
                 for (const std::uint32_t v : decoded.faces[f])
@@ -96,12 +103,14 @@ TEST(MaterialColors, FacetsAndLooseFacesHaveThem) {
 TEST(MaterialColors, OneMaterialNeedsNoLabelsAndUnknownOnesAreWhite) {
     Mesh mesh = torus(67, 31);
     mesh.material_colors = {{0, kRed}};
-    const Mesh red = decode(encoded(mesh)).value();
+    Mesh red = decode(encoded(mesh)).value();
+    (void)colors_to_vertices(red);
     EXPECT_TRUE(red.materials.empty());
     EXPECT_EQ(red.colors, std::vector<Rgba8>(red.positions.size(), kRed));
     mesh = two_halves(torus(67, 31));
     mesh.material_colors = {{8, kBlue}};
-    const Mesh half = decode(encoded(mesh)).value();
+    Mesh half = decode(encoded(mesh)).value();
+    (void)colors_to_vertices(half);
     for (std::size_t f = 0; f < half.faces.size(); ++f)
         for (const std::uint32_t v : half.faces[f])
             ASSERT_EQ(half.colors[v], half.materials[f] == 3 ? (Rgba8{255, 255, 255, 255}) : kBlue);
@@ -112,8 +121,9 @@ TEST(MaterialColors, FieldsOfCopiesAreThoseOfWhatTheyCopy) {
     VertexField height{FieldKind::Scalar, "x", {}};
     for (const Vec3& p : mesh.positions) height.values.push_back(p.x);
     mesh.fields.push_back(height);
-    const Mesh decoded = decode(encoded(mesh)).value();
+    Mesh decoded = decode(encoded(mesh)).value();
     expect_sharp(decoded);
+    ASSERT_FALSE(colors_to_vertices(decoded).empty());
     ASSERT_EQ(decoded.fields.size(), 1u);
     ASSERT_EQ(decoded.fields[0].values.size(), decoded.positions.size());
     for (std::size_t v = 0; v < decoded.positions.size(); ++v)
@@ -158,6 +168,74 @@ TEST(MaterialColors, DamagedOnesAreRefused) {
     EXPECT_EQ(with(11, 3).error().code, Errc::Malformed) << "more than there is";
     EXPECT_EQ(with(5, 0).error().code, Errc::Malformed) << "one label twice";
     EXPECT_EQ(with(10, 9).value().params.colors[1].label, 14u);
+}
+
+TEST(MaterialColors, NormalsAreOneWhereColoursMeetAndTheSolidStaysOne) {
+    const Bytes file = encoded(two_halves(torus(67, 31)));
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed_file(file));
+    const client::Drawable d = client::make_drawable(decoder, {}).value();
+    EXPECT_TRUE(d.solid);
+    const Mesh mesh = decoder.mesh().value();
+    Mesh split = mesh;
+    const std::vector<std::uint32_t> copied = colors_to_vertices(split);
+    ASSERT_FALSE(copied.empty());
+    ASSERT_EQ(d.positions.size(), split.positions.size());
+    ASSERT_EQ(d.normals.size(), split.positions.size());
+    ASSERT_EQ(d.colors, split.colors);
+    for (std::size_t k = 0; k < copied.size(); ++k)
+        EXPECT_EQ(d.normals[mesh.positions.size() + k], d.normals[copied[k]]);
+}
+
+TEST(MaterialColors, FilesOfMeshesKeepThem) {
+    const Mesh mesh = decode(encoded(two_halves(torus(67, 31)))).value();
+    CleanReport report;
+    const auto back = [&](MeshFormat format) {
+        return read_mesh_from_memory(write_mesh_to_memory(mesh, format).value(), format, report).value();
+    };
+    const Mesh glb = back(MeshFormat::Glb);
+    ASSERT_EQ(glb.material_colors.size(), 2u);
+    EXPECT_EQ(glb.material_colors[0].color, kRed);
+    EXPECT_EQ(glb.material_colors[1].color, kBlue);
+    EXPECT_TRUE(glb.colors.empty());
+    for (const MeshFormat format : {MeshFormat::Ply, MeshFormat::Off}) {
+        const Mesh other = back(format);
+        ASSERT_EQ(other.colors.size(), other.positions.size());
+        for (std::size_t f = 0; f < other.faces.size(); ++f)
+            for (const std::uint32_t v : other.faces[f])
+                ASSERT_EQ(other.colors[v].r, (mesh.materials[f] == 3 ? kRed : kBlue).r);
+    }
+    EXPECT_EQ(left_out_by(MeshFormat::Stl, mesh), std::vector<std::string>{"color"});
+}
+
+TEST(MaterialColors, CopiesAreAtMostAsManyAsVertices) {
+    // A fan whose faces are all of other colours: each rim vertex is in two, the middle in all.
+    Mesh fan;
+    fan.positions.push_back({0, 0, 1});
+    constexpr std::uint32_t kFaces = 40;
+    for (std::uint32_t k = 0; k < kFaces; ++k) {
+        fan.positions.push_back({std::cos(k * 0.157), std::sin(k * 0.157), 0});
+        fan.faces.push_back({0, 1 + k, 1 + (k + 1) % kFaces});
+        fan.materials.push_back(k);
+        fan.material_colors.push_back({k, {static_cast<std::uint8_t>(k), 0, 0, 255}});
+    }
+    EXPECT_EQ(colors_to_vertices(fan).size(), kFaces + 1);
+    EXPECT_EQ(fan.positions.size(), 2 * (kFaces + 1));
+}
+
+TEST(MaterialColors, MustBeInTheOrderOfTheirLabels) {
+    Mesh mesh = two_halves(unit_cube());
+    std::swap(mesh.material_colors[0], mesh.material_colors[1]);
+    EXPECT_EQ(encode(mesh, {}).error().code, Errc::InvalidArgument);
+}
+
+TEST(MaterialColors, OpenFacetsOfSeveralMaterialsBesideARemeshedPart) {
+    Mesh patch = grid_mesh(5);
+    for (Vec3& p : patch.positions) p += Vec3{3, 0, 0};
+    const Mesh mesh = two_halves(join(torus(67, 31), patch));
+    EncodeOptions options;
+    options.threads = 2;
+    expect_sharp(decode(encode(mesh, options).value().file).value());
 }
 
 }  // namespace

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "codec/decoder.h"
 #include "codec/encoder.h"
 #include "codec/mesh/io/mesh_io.h"
+#include "codec/mesh/material_colors.h"
 #include "codec/mesh/srgb.h"
+#include "tests/support/meshes.h"
 #include "tests/support/models.h"
 #include "tests/support/shapes.h"
 
@@ -109,6 +112,44 @@ TEST(Paint, TheSurfaceAndItsFieldsStayAsTheyAre) {
     ASSERT_EQ(decoded.fields.size(), 1u);
     for (std::size_t v = 0; v < decoded.positions.size(); ++v)
         EXPECT_NEAR(decoded.fields[0].values[v], decoded.positions[v].z, 0.05);
+}
+
+TEST(Paint, BeginningsAreOfTheLevelThatTheirColoursHave) {
+    const Encoded coded = encoded(square(chequers));
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed(ByteSpan(coded.file).first(coded.file.size() * 3 / 4)).ok());
+    EXPECT_FALSE(decoder.state().complete);
+    EXPECT_GE(decoder.state().level + 1, coded.levels);
+}
+
+TEST(Paint, MaterialsWithoutImagesStaySharpBesideThem) {
+    Mesh mesh = square(chequers);
+    const Mesh ball = moved(torus(67, 31), {5, 0, 0});
+    mesh.materials = {0, 0};
+    mesh.materials.resize(2 + ball.faces.size(), 1);
+    const std::shared_ptr<const Paintwork> paintwork = mesh.paintwork;
+    const std::vector<std::uint32_t> labels = mesh.materials;
+    mesh.materials.clear();
+    mesh = join(mesh, ball);
+    mesh.materials = labels;
+    mesh.material_colors = {{1, {9, 8, 7, 255}}};
+    mesh.colors.assign(mesh.positions.size(), {});
+    mesh.paintwork = paintwork;
+    const Encoded coded = encoded(mesh);
+    EXPECT_EQ(coded.material_colors, 1u);
+    EXPECT_LT(coded.painted_vertices, coded.vertices);
+    Mesh decoded = decode(coded.file).value();
+    (void)colors_to_vertices(decoded);
+    std::set<int> greens;
+    for (std::size_t f = 0; f < decoded.faces.size(); ++f)
+        for (const std::uint32_t v : decoded.faces[f]) {
+            if (decoded.materials[f] == 1) {
+                ASSERT_EQ(decoded.colors[v], (Rgba8{9, 8, 7, 255}));
+            } else {
+                greens.insert(decoded.colors[v].g / 128);
+            }
+        }
+    EXPECT_EQ(greens.size(), 2u);
 }
 
 TEST(Paint, SpotHasItsCoatBetweenVertices) {

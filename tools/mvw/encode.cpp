@@ -90,7 +90,7 @@ void print_attributes(const Encoded& e) {
     for (const std::string& name : e.left_out) fmt::print("  {} left out: a file holds {} fields\n", name, kMaxFields);
     for (const std::string& name : e.cleaning.dropped_fields) fmt::print("  {} of the input is not kept\n", name);
     if (e.cleaning.textured_vertices > 0)
-        fmt::print("  colours of {} vertices from images, which are not kept themselves\n", e.vertices);
+        fmt::print("  colours of {} vertices from images, which are not kept themselves\n", e.painted_vertices);
     if (e.material_colors > 0) fmt::print("  colours of {} materials\n", e.material_colors);
     if (e.color_levels > 0) fmt::print("  {} of the levels for colours alone\n", e.color_levels);
     for (const std::string& image : e.cleaning.missing_textures) fmt::print("  not read: {}\n", image);
@@ -111,6 +111,7 @@ void print_json(const Encoded& e, double seconds) {
                                       {"bytes", e.file.size()},
                                       {"base_bytes", e.base_bytes},
                                       {"color_bytes", e.color_bytes},
+                                      {"painted_vertices", e.painted_vertices},
                                       {"material_colors", e.material_colors},
                                       {"attributes", attributes_json(e)},
                                       {"left_out", left_out},

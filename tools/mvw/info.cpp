@@ -6,9 +6,11 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "codec/container/toc.h"
 #include "codec/dec_attribute.h"
+#include "codec/dec_base.h"
 #include "codec/mesh/io/files.h"
 #include "codec/part_params.h"
 #include "codec/transform/transform.h"
@@ -113,6 +115,7 @@ struct Summary {
     unsigned levels = 0, tiles = 0;
     std::uint64_t base_bytes = 0, closing_bytes = 0;
     std::vector<AttributeSummary> attributes;
+    std::set<std::uint32_t> colored;  // materials
 };
 
 AttributeSummary& entry_of(const AttributeParams& params, std::vector<AttributeSummary>& list) {
@@ -130,6 +133,12 @@ Summary summary_of(const Toc& toc, ByteSpan file) {
         const bool closing = toc.header.parts[c.id.part].supersedes;
         if (closing) s.closing_bytes += c.length;
         if (c.id.channel == Channel::Base && !closing) s.base_bytes += c.length;
+        if (c.id.channel == Channel::Base) {
+            const auto base =
+                read_base(file.subspan(c.offset, c.length), toc.header.parts[c.id.part], toc.header.transform);
+            if (base.ok())
+                for (const MaterialColor& color : base->params.colors) s.colored.insert(color.label);
+        }
         if (c.id.channel == Channel::Attributes) {
             auto attributes = read_attributes(file.subspan(c.offset, c.length), toc.header.parts[c.id.part]);
             if (attributes.ok()) of_part[c.id.part] = std::move(*attributes);
@@ -157,6 +166,7 @@ void print_json(const Toc& toc, const Summary& s, bool chunks) {
                                 {"base_bytes", s.base_bytes},
                                 {"closing_bytes", s.closing_bytes},
                                 {"attributes", attributes},
+                                {"material_colors", s.colored.size()},
                                 {"points", nlohmann::json::array()}};
     for (const RatePoint& p : points_of(toc))
         json["points"].push_back(nlohmann::ordered_json{{"bytes", p.bytes}, {"level", p.level}, {"error", p.error}});
@@ -194,6 +204,7 @@ void print_text(const Toc& toc, const Summary& s, bool chunks) {
             fmt::print("part of {} levels over {} vertices, {} faces\n", part.levels, part.base_vertices,
                        part.base_faces);
     for (const AttributeSummary& a : s.attributes) print_attribute(a);
+    if (!s.colored.empty()) fmt::print("colours of {} materials\n", s.colored.size());
     fmt::print("\n{:>10}  level  error\n", "bytes");
     for (const RatePoint& p : points_of(toc)) fmt::print("{:>10}  {:>5}  {}\n", p.bytes, p.level, decibels(p.error));
     if (!chunks) return;

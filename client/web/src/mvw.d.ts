@@ -55,7 +55,7 @@ export interface Drawable {
   /** RGBA of each vertex. */
   colors?: Uint8Array;
   triangles?: Uint32Array;
-  /** Vertex pairs: each triangle's edges, once. */
+  /** Vertex pairs: each triangle's edges, once, but where two materials' colours meet. */
   edges?: Uint32Array;
   /** Vertex pairs along the base mesh's edges. */
   baseEdges?: Uint32Array;

@@ -11,7 +11,10 @@
 import { BufferAttribute, BufferGeometry, Loader, Sphere, Vector3 } from 'three';
 import { openModel } from './mvw.js';
 
-/** Buffers are made once, for the finest level; refinements fill them and move the draw range. */
+/**
+ * Buffers are made for the finest level; refinements fill them and move the draw range. Where more comes (vertices
+ * between two colours are there once for each, and a file may end with more triangles), larger ones take their place.
+ */
 class Refiner {
   constructor(model, geometry) {
     this.model = model;
@@ -30,6 +33,8 @@ class Refiner {
     if (drawable.colors) this.fill('color', drawable.colors);
     if (this.connectivity !== drawable.connectivity) {
       this.connectivity = drawable.connectivity;
+      if (drawable.triangles.length > geometry.index.array.length)
+        geometry.setIndex(new BufferAttribute(new Uint32Array(drawable.triangles.length), 1));
       update(geometry.index, drawable.triangles);
       geometry.setDrawRange(0, drawable.triangles.length);
     }
@@ -48,6 +53,9 @@ class Refiner {
     const { geometry } = this;
     if (name === 'color' && !geometry.attributes.color)
       geometry.setAttribute('color', new BufferAttribute(new Uint8Array((geometry.attributes.position.count) * 4), 4, true));
+    const old = geometry.attributes[name];
+    if (values.length > old.array.length)
+      geometry.setAttribute(name, new BufferAttribute(new values.constructor(values.length), old.itemSize, old.normalized));
     update(geometry.attributes[name], values);
   }
 

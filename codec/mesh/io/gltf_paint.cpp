@@ -67,8 +67,10 @@ void GltfPaints::add(const tinygltf::Material& material) {
     Paint& paint = paints_.emplace_back();
     std::string& coordinates = coordinates_.emplace_back();
     const tinygltf::PbrMetallicRoughness& pbr = material.pbrMetallicRoughness;
+    paint.opaque = material.alphaMode != "BLEND" && material.alphaMode != "MASK";
     if (pbr.baseColorFactor.size() == 4)
-        for (std::size_t k = 0; k < 4; ++k) paint.color[k] = std::clamp(pbr.baseColorFactor[k], 0.0, 1.0);
+        for (std::size_t k = 0; k < (paint.opaque ? 3u : 4u); ++k)
+            paint.color[k] = std::clamp(pbr.baseColorFactor[k], 0.0, 1.0);
     if (!in_range(pbr.baseColorTexture.index, model_.textures)) return;
     const tinygltf::Texture& texture = model_.textures[static_cast<std::size_t>(pbr.baseColorTexture.index)];
     const int image = image_of(texture);

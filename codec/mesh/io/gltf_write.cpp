@@ -8,9 +8,10 @@
 #include <sstream>
 
 #include "codec/mesh/io/formats.h"
-#include "codec/mesh/srgb.h"
 #include "codec/mesh/io/text.h"
+#include "codec/mesh/material_colors.h"
 #include "codec/mesh/solid.h"
+#include "codec/mesh/srgb.h"
 
 namespace mvw {
 namespace {
@@ -106,21 +107,28 @@ Result<Bytes> write_glb(const Mesh& mesh) {
         origin = bounding_box(mesh).center();
         node.translation = {origin.x, origin.y, origin.z};
     }
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.attributes["POSITION"] = add_positions(builder, mesh, origin);
-    if (!mesh.colors.empty()) primitive.attributes["COLOR_0"] = add_colors(builder, mesh);
+    tinygltf::Primitive vertices;
+    vertices.mode = TINYGLTF_MODE_TRIANGLES;
+    vertices.attributes["POSITION"] = add_positions(builder, mesh, origin);
+    if (!mesh.colors.empty()) vertices.attributes["COLOR_0"] = add_colors(builder, mesh);
     for (const VertexField& field : mesh.fields)
-        primitive.attributes[field.kind == FieldKind::Normals ? "NORMAL" : "_" + field.name] =
-            add_field(builder, field);
+        vertices.attributes[field.kind == FieldKind::Normals ? "NORMAL" : "_" + field.name] = add_field(builder, field);
     tinygltf::Mesh shape;
     const bool two_sided = !bounds_solids(mesh);  // viewers leave backs out otherwise
     for (const auto& [label, faces] : faces_by_material(mesh)) {
+        tinygltf::Primitive primitive = vertices;
         primitive.indices = add_indices(builder, mesh, faces);
-        if (!mesh.materials.empty() || two_sided) {
+        const Rgba8* color = color_of(mesh.material_colors, label);
+        if (!mesh.materials.empty() || two_sided || color != nullptr) {
             tinygltf::Material material;
             if (!mesh.materials.empty()) material.name = "material_" + std::to_string(label);
             material.doubleSided = two_sided;
+            if (color != nullptr) {
+                const std::array<double, 4> factor = to_linear(*color);
+                material.pbrMetallicRoughness.baseColorFactor.assign(factor.begin(), factor.end());
+                if (color->a < 255) material.alphaMode = "BLEND";
+                primitive.attributes.erase("COLOR_0");  // of other materials
+            }
             builder.model.materials.push_back(material);
             primitive.material = static_cast<int>(builder.model.materials.size()) - 1;
         }

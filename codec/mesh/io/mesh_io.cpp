@@ -7,6 +7,7 @@
 
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/formats.h"
+#include "codec/mesh/material_colors.h"
 
 namespace mvw {
 namespace {
@@ -69,7 +70,8 @@ const VertexField* normals_of(const Mesh& mesh) {
 std::vector<std::string> left_out_by(MeshFormat format, const Mesh& mesh) {
     const bool everything = format == MeshFormat::Ply || format == MeshFormat::Glb || format == MeshFormat::Gltf;
     std::vector<std::string> names;
-    if (!mesh.colors.empty() && format == MeshFormat::Stl) names.emplace_back("color");
+    if ((!mesh.colors.empty() || !mesh.material_colors.empty()) && format == MeshFormat::Stl)
+        names.emplace_back("color");
     for (const VertexField& field : mesh.fields)
         if (field.kind == FieldKind::Scalar ? !everything : !everything && format != MeshFormat::Obj)
             names.push_back(field.kind == FieldKind::Scalar ? field.name : "normal");
@@ -115,6 +117,12 @@ Result<Mesh> read_mesh(const std::string& path, CleanReport& report, const std::
 Result<Bytes> write_mesh_to_memory(const Mesh& mesh, MeshFormat format) {
     if ((format == MeshFormat::Stl || format == MeshFormat::Glb) && !fits_float(mesh))
         return Error{Errc::InvalidArgument, 0, "coordinates are too large for this format's 32 bits"};
+    const bool keeps_materials = format == MeshFormat::Glb || format == MeshFormat::Stl;
+    if (!keeps_materials && !mesh.material_colors.empty()) {
+        Mesh split = mesh;
+        (void)colors_to_vertices(split);
+        return write_mesh_to_memory(split, format);
+    }
     switch (format) {
         case MeshFormat::Ply:
             return write_ply(mesh);

@@ -173,7 +173,7 @@ std::vector<Paint> paints_by_label(const Gathered& g, const std::map<std::string
     if (!texture) return paints;
     const auto shared = std::make_shared<const Texture>(std::move(*texture));
     for (Paint& p : paints) {
-        p.texture = shared;
+        p = {p.color, p.opaque, shared};
         p.place[1] = {0, -1, 1};  // v runs upwards
     }
     return paints;
@@ -186,11 +186,12 @@ void add_paints(std::vector<Paint> paints, Gathered& g) {
         for (Paint& p : paints) p.texture.reset();
     std::vector<std::uint8_t> used(paints.size(), 0);
     for (const std::uint32_t label : g.polygons.materials) used[label] = 1;
-    std::vector<Paint> in_use;
+    // Those that no polygon has are made like one that some has.
+    const std::size_t first = static_cast<std::size_t>(std::ranges::find(used, 1) - used.begin());
     for (std::size_t label = 0; label < paints.size(); ++label)
-        if (used[label] != 0) in_use.push_back(paints[label]);
-    const bool any_image = std::ranges::any_of(in_use, [](const Paint& p) { return p.texture != nullptr; });
-    if (are_plain(in_use) || (!any_image && !g.polygons.colors.empty())) return;
+        if (used[label] == 0 && first < paints.size()) paints[label] = paints[first];
+    const bool any_image = std::ranges::any_of(paints, [](const Paint& p) { return p.texture != nullptr; });
+    if (first == paints.size() || are_plain(paints) || (!any_image && !g.polygons.colors.empty())) return;
     for (const std::uint32_t i : g.corner_coordinate) {
         const auto place = i < g.coordinates.size() ? g.coordinates[i] : std::array{kNowhere, kNowhere};
         g.polygons.coordinates.push_back(place);

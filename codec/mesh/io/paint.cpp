@@ -41,10 +41,12 @@ class PaintedSurface : public Paintwork {
 
 std::array<double, 4> Paint::at(double u, double v) const {
     std::array<double, 4> out = color;
-    if (!texture || !std::isfinite(u) || !std::isfinite(v)) return out;
-    const auto row = [&](const std::array<double, 3>& r) { return r[0] * u + r[1] * v + r[2]; };
-    const std::array<double, 4> texel = texture->at(row(place[0]), row(place[1]), across, down);
-    for (std::size_t k = 0; k < 4; ++k) out[k] *= texel[k];
+    if (texture && std::isfinite(u) && std::isfinite(v)) {
+        const auto row = [&](const std::array<double, 3>& r) { return r[0] * u + r[1] * v + r[2]; };
+        const std::array<double, 4> texel = texture->at(row(place[0]), row(place[1]), across, down);
+        for (std::size_t k = 0; k < 4; ++k) out[k] *= texel[k];
+    }
+    if (opaque) out[3] = 1;
     return out;
 }
 

@@ -12,6 +12,7 @@ namespace mvw {
 
 struct Paint {
     std::array<double, 4> color{1, 1, 1, 1};  // linear, and alpha
+    bool opaque = false;                      // alpha is not meant
     std::shared_ptr<const Texture> texture;
     Texture::Wrap across = Texture::Wrap::Repeat, down = Texture::Wrap::Repeat;
     // Where in the image (u, v) lies: rows before (u, v, 1).

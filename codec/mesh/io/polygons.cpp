@@ -215,31 +215,49 @@ class PolygonCutter {
     std::vector<Face> faces_;
 };
 
-/// What each label's polygons are painted in; all are one where labels are one.
-std::vector<MaterialColor> colors_of_labels(const Polygons& polygons, const Mesh& mesh) {
+/// Of materials without an image; all faces of a label have one paint.
+std::vector<MaterialColor> colors_of_labels(const PaintedFaces& painted, const Mesh& mesh) {
     std::map<std::uint32_t, Rgba8> colors;
-    for (std::size_t p = 0; p < polygons.count(); ++p)
-        colors.emplace(mesh.materials.empty() ? 0 : polygons.materials[p],
-                       to_srgb(polygons.paints[polygons.paint_of[p]].color));
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+        if (const Paint& paint = painted.paints[painted.paint_of[f]]; !paint.texture)
+            colors.emplace(mesh.materials.empty() ? 0 : mesh.materials[f], to_srgb(paint.color));
     std::vector<MaterialColor> out;
     for (const auto& [label, color] : colors) out.push_back({label, color});
     return out;
 }
 
-/// Gives the mesh the colours of its paints: at vertices, and of its materials where no image is, else between
-/// vertices.
+/// Without faces of no area, which are nearest to nothing but points of others.
+PaintedFaces without_flat_faces(PaintedFaces painted, Mesh& surface) {
+    std::size_t kept = 0;
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const auto [a, b, c] = surface.faces[f];
+        const std::vector<Vec3>& p = surface.positions;
+        if (!(squared_length(cross(p[b] - p[a], p[c] - p[a])) > 0)) continue;
+        surface.faces[kept] = surface.faces[f];
+        painted.paint_of[kept] = painted.paint_of[f];
+        for (std::size_t k = 0; k < 3; ++k) painted.coordinates[3 * kept + k] = painted.coordinates[3 * f + k];
+        ++kept;
+    }
+    surface.faces.resize(kept);
+    painted.paint_of.resize(kept);
+    painted.coordinates.resize(3 * kept);
+    return painted;
+}
+
+/// Gives the mesh the colours of its paints: those of materials where no image is, of vertices, and between these.
 void paint(Polygons& polygons, PaintedFaces painted, Mesh& mesh, CleanReport& report) {
-    const auto has_image = [&](std::uint32_t paint) { return polygons.paints[paint].texture != nullptr; };
-    const bool any_image = std::ranges::any_of(painted.paint_of, has_image);
-    if (any_image) report.textured_vertices = mesh.positions.size();
-    const bool flat = !any_image && polygons.tints.empty();
-    if (flat) mesh.material_colors = colors_of_labels(polygons, mesh);
     painted.paints = std::move(polygons.paints);
     painted.tints = std::move(polygons.tints);
-    std::shared_ptr<const Paintwork> paintwork =
-        make_paintwork({mesh.positions, mesh.faces, {}, {}}, std::move(painted));
-    mesh.colors = vertex_colors(*paintwork);
-    if (!flat) mesh.paintwork = std::move(paintwork);
+    const auto has_image = [&](std::uint32_t paint) { return painted.paints[paint].texture != nullptr; };
+    const bool any_image = std::ranges::any_of(painted.paint_of, has_image), tinted = !painted.tints.empty();
+    if (any_image) report.textured_vertices = mesh.positions.size();
+    if (!tinted) mesh.material_colors = colors_of_labels(painted, mesh);
+    if (!any_image && !tinted) return;
+    Mesh surface{mesh.positions, mesh.faces, {}, {}};
+    mesh.colors = vertex_colors(*make_paintwork(surface, painted));
+    if (!any_image) return;
+    painted = without_flat_faces(std::move(painted), surface);
+    if (!surface.faces.empty()) mesh.paintwork = make_paintwork(std::move(surface), std::move(painted));
 }
 
 }  // namespace

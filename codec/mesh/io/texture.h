@@ -22,7 +22,7 @@ class Texture {
     /// bytes can stand for.
     static Result<Texture> decode(ByteSpan file);
     /// Red, green, blue (linear, in [0, 1]) and alpha between the four texels around (u, v); (0, 0) is the upper left
-    /// corner of the image, (1, 1) the lower right one. Zeros where u or v is not finite.
+    /// corner of the image, (1, 1) the lower right one. Zeros where u or v is not finite, or beyond a million.
     [[nodiscard]] std::array<double, 4> at(double u, double v, Wrap across, Wrap down) const;
     [[nodiscard]] std::size_t pixels() const { return texels_.size(); }
 

@@ -16,14 +16,13 @@ const PAGE = `<!doctype html><link rel="icon" href="data:,"><canvas id="view" wi
   const camera = new THREE.PerspectiveCamera(40, 1, 0.1, 100);
   camera.position.set(0, 0, 16);
   const renderer = new THREE.WebGLRenderer({ canvas: view, preserveDrawingBuffer: true });
-  const geometry = await new MvwLoader().loadAsync('/model.mvw');
+  const geometry = await new MvwLoader().loadAsync('/' + (location.search.slice(1) || 'mixed') + '.mvw');
   const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial());
   scene.add(mesh);
   renderer.setAnimationLoop(() => renderer.render(scene, camera));
   Object.assign(globalThis, { THREE, geometry, mesh, camera });
 </script>`;
 
-const model = golden.find(({ name }) => name.includes('mixed')) ?? golden[0];
 const types = { '.js': 'text/javascript', '.wasm': 'application/wasm' };
 let server;
 let browser;
@@ -31,9 +30,11 @@ let browser;
 before(async () => {
   server = createServer(async (request, response) => {
     const folder = { three: path.join(root, 'tests/client/web/node_modules/three/build'), mvw: path.join(built, 'mvw/src') };
-    const [, place, file] = request.url.split('/');
-    if (request.url === '/') return response.setHeader('Content-Type', 'text/html').end(PAGE);
-    if (request.url !== '/model.mvw') {
+    const [route] = request.url.split('?');
+    const [, place, file] = route.split('/');
+    if (route === '/') return response.setHeader('Content-Type', 'text/html').end(PAGE);
+    const model = golden.find(({ name }) => route === `/${name.replace('golden_', '')}.mvw`);
+    if (!model) {
       if (!folder[place]) return response.writeHead(404).end();
       response.setHeader('Content-Type', types[path.extname(file)]);
       return response.end(readFileSync(path.join(folder[place], file)));
@@ -89,3 +90,26 @@ test('ten lines give a mesh that refines in place, is drawn, and can be picked',
   assert.ok(seen.drawn > 500, `${seen.drawn} pixels`);
   await tab.context().close();
 });
+
+for (const name of ['materials', 'closing'])
+  test(`buffers grow where more comes than the finest level has: ${name}`, async () => {
+    const tab = await openTab(browser);
+    await tab.goto(`http://127.0.0.1:${server.address().port}/?${name}`);
+    await tab.waitForFunction(() => globalThis.mesh);
+    const seen = await tab.evaluate(async () => {
+      const model = geometry.userData.mvw;
+      await model.completed();
+      await new Promise((done) => setTimeout(done, 300));
+      const { positions, triangles } = model.drawable;
+      const held = geometry.attributes.position.array.subarray(0, positions.length);
+      return {
+        same: held.length === positions.length && held.every((x, i) => x === positions[i]),
+        most: Math.max(...triangles) < geometry.attributes.normal.count,
+        drawn: geometry.drawRange.count === triangles.length && geometry.index.count >= triangles.length,
+        colored: !model.drawable.colors || geometry.attributes.color.count === geometry.attributes.position.count,
+      };
+    });
+    assert.deepEqual(seen, { same: true, most: true, drawn: true, colored: true });
+    assert.deepEqual(tab.faults, []);
+    await tab.context().close();
+  });

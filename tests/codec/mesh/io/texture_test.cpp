@@ -11,6 +11,7 @@
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
 #include "codec/mesh/io/text.h"
+#include "codec/mesh/material_colors.h"
 #include "codec/mesh/paintwork.h"
 #include "codec/mesh/srgb.h"
 #include "tests/support/models.h"
@@ -138,19 +139,17 @@ TEST_F(TexturedObj, VerticesTakeTheImagesColourTimesTheMaterials) {
 
 TEST_F(TexturedObj, ColoursOfMaterialsAreKeptWithoutImages) {
     const Mesh red = read("mtllib a.mtl\n", "newmtl m\nKd 1 0 0\n").value();
-    EXPECT_EQ(red.colors, std::vector<Rgba8>(4, Rgba8{255, 0, 0, 255}));
+    EXPECT_TRUE(red.colors.empty());
     EXPECT_EQ(red.material_colors, (std::vector<MaterialColor>{{0, {255, 0, 0, 255}}}));
     EXPECT_EQ(report_.textured_vertices, 0u);
-    EXPECT_TRUE(read("mtllib a.mtl\n", "newmtl m\nKd .8 .8 .8\n").value().colors.empty()) << "one grey";
+    EXPECT_TRUE(read("mtllib a.mtl\n", "newmtl m\nKd .8 .8 .8\n").value().material_colors.empty()) << "one grey";
     // Half of the square red, the rest in the grey of a second one: on their border vertices take the mean, the
     // surface between them does not.
     write("two.mtl", as_bytes("newmtl m\nKd 1 0 0\nnewmtl n\nKd .5 .5 .5\n"));
     write("two.obj",
           as_bytes("mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nusemtl m\nf 1 2 3\nusemtl n\nf 2 4 3\n"));
     const Mesh two = read_mesh(path("two.obj"), report_).value();
-    EXPECT_EQ(two.colors[0], (Rgba8{255, 0, 0, 255}));
-    EXPECT_EQ(two.colors[3], (Rgba8{128, 128, 128, 255}));
-    EXPECT_EQ(two.colors[1].r, 204);
+    EXPECT_TRUE(two.colors.empty());
     EXPECT_EQ(two.paintwork, nullptr);
     EXPECT_EQ(two.material_colors, (std::vector<MaterialColor>{{two.materials[0], {255, 0, 0, 255}},
                                                                {two.materials[1], {128, 128, 128, 255}}}));
@@ -213,7 +212,9 @@ TEST_F(TexturedObj, GltfsImagesFactorsAndTransformsColourVertices) {
     const auto colors = [&](const std::string& material) {
         write("a.gltf", as_bytes(gltf_of(material)));
         report_ = {};
-        std::vector<Rgba8> of_vertices = read_mesh(path("a.gltf"), report_).value().colors;
+        Mesh mesh = read_mesh(path("a.gltf"), report_).value();
+        (void)colors_to_vertices(mesh);
+        std::vector<Rgba8> of_vertices = mesh.colors;
         of_vertices.resize(3);  // white where there are none
         return of_vertices;
     };
@@ -222,8 +223,10 @@ TEST_F(TexturedObj, GltfsImagesFactorsAndTransformsColourVertices) {
     EXPECT_EQ(plain[0], (Rgba8{255, 0, 0, 255}));
     EXPECT_EQ(plain[1], (Rgba8{0, 255, 0, 255}));
     EXPECT_EQ(plain[2], (Rgba8{0, 0, 255, 255}));
-    EXPECT_EQ(colors(R"({"baseColorFactor":[0.5,1,1,0.5],"baseColorTexture":{"index":0}})")[0],
-              (Rgba8{188, 0, 0, 128}));
+    EXPECT_EQ(colors(R"({"baseColorFactor":[0.5,1,1,0.5],"baseColorTexture":{"index":0}})")[0], (Rgba8{188, 0, 0, 255}))
+        << "alpha is not meant where nothing is to be seen through";
+    EXPECT_EQ(colors(R"({"baseColorFactor":[0.5,1,1,0.5],"baseColorTexture":{"index":0}},"alphaMode":"BLEND")")[0].a,
+              128);
     EXPECT_EQ(
         colors(R"({"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0]}}}})")[0],
         (Rgba8{0, 255, 0, 255}));
