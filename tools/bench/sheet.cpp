@@ -65,6 +65,7 @@ Result<void> draw_sheet(const LevelView& input, const std::vector<LevelView>& le
     std::vector<const LevelView*> views{&input};
     for (const LevelView& level : levels) views.push_back(&level);
     LevelView errors = levels.back();
+    errors.mesh.material_colors.clear();  // those of errors are to be seen
     if (measurable(input.mesh))
         errors.mesh.colors = heat_colors(vertex_errors(input.mesh, errors.mesh.positions), 1e-3);
     errors.caption = "finest level, distance to the input:\nblue 0, red 0.1 % of the diagonal and over";
