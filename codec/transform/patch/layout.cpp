@@ -59,7 +59,6 @@ GridEdge edge_between(std::uint32_t face, const Barycentric& a, const Barycentri
 }
 
 GridVertex GridTopology::owner(GridVertex v, int n) const {
-    if (v.i > 0 && v.k > 0 && v.i + v.k < n) return v;  // most are inside
     Barycentric b = barycentric(v.i, v.k, n);
     std::uint32_t f = v.face;
     for (unsigned s = 0; s < 3;) {

@@ -1,8 +1,8 @@
 #include "codec/transform/patch/plan.h"
 
 #include <algorithm>
-#include <bit>
 #include <memory>
+#include <tuple>
 
 #include "codec/transform/patch/listed_stencils.h"
 #include "codec/transform/patch/shared_rows.h"
@@ -173,24 +173,16 @@ class PlanBuilder {
     }
 
     void list_targets(const ListedStencils& stencils) {
-        // key: the vertex above the weight, in the order of numbers.
         struct Entry {
-            std::uint64_t key;
-            std::uint32_t face, listed;
+            std::uint32_t face, vertex, listed;
             float weight;
-            [[nodiscard]] std::uint32_t vertex() const { return static_cast<std::uint32_t>(key >> 32); }
-        };
-        const auto key_of = [](std::uint32_t vertex, float weight) {
-            const auto bits = std::bit_cast<std::uint32_t>(weight);
-            return std::uint64_t{vertex} << 32 | (bits ^ (bits >> 31 != 0 ? 0xFFFFFFFFu : 0x80000000u));
         };
         std::vector<Entry> entries;
         entries.reserve(stencils.lifts.size());
         for (std::uint32_t i = 0; i < order_.size(); ++i)
             for (const auto& lift : stencils.lifts_of(order_[i].stencil)) {
                 const GridVertex v = owned(lift.vertex);
-                const auto weight = static_cast<float>(lift.weight);
-                entries.push_back({key_of(offset(v), weight), v.face, i, weight});
+                entries.push_back({v.face, offset(v), i, static_cast<float>(lift.weight)});
             }
         const PatchRuns first_entry = sort_by_face(entries, [](const Entry& e) { return e.face; });
         plan_.first_target.push_back(0);
@@ -202,16 +194,16 @@ class PlanBuilder {
                 std::span(entries).subspan(first_entry[f], first_entry[f + 1] - first_entry[f]);
             // By weight within a vertex, so that many have the same row of weights.
             std::sort(of_face.begin(), of_face.end(), [](const Entry& a, const Entry& b) {
-                return a.key != b.key ? a.key < b.key : a.listed < b.listed;
+                return std::tie(a.vertex, a.weight, a.listed) < std::tie(b.vertex, b.weight, b.listed);
             });
             for (std::size_t first = 0, last = 0; first < of_face.size(); first = last) {
                 weights.clear();
-                for (; last < of_face.size() && of_face[last].vertex() == of_face[first].vertex(); ++last) {
+                for (; last < of_face.size() && of_face[last].vertex == of_face[first].vertex; ++last) {
                     plan_.sources.push_back(of_face[last].listed);
                     weights.push_back(of_face[last].weight);
                 }
                 plan_.targets.push_back(
-                    {of_face[first].vertex(), static_cast<std::uint32_t>(plan_.sources.size()), rows.place(weights)});
+                    {of_face[first].vertex, static_cast<std::uint32_t>(plan_.sources.size()), rows.place(weights)});
             }
             plan_.first_target.push_back(static_cast<std::uint32_t>(plan_.targets.size()));
         }
