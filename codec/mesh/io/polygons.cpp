@@ -222,6 +222,7 @@ std::vector<MaterialColor> colors_of_labels(const PaintedFaces& painted, const M
         if (const Paint& paint = painted.paints[painted.paint_of[f]]; !paint.texture)
             colors.emplace(mesh.materials.empty() ? 0 : mesh.materials[f], to_srgb(paint.color));
     std::vector<MaterialColor> out;
+    out.reserve(colors.size());
     for (const auto& [label, color] : colors) out.push_back({label, color});
     return out;
 }
