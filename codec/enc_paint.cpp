@@ -140,16 +140,16 @@ std::vector<Light> Painter::sample(std::span<const Vec3> positions, unsigned thr
 
 SemiRegularMesh Painter::paint(SemiRegularMesh part, const TransformOptions& transform, double most,
                                unsigned threads) const {
-    GrowingSurface surface(part, transform, threads);
-    // Loop's rule moves vertices on every level, whatever the details.
-    const bool may_grow = predict_rule(transform.kind) != PredictRule::Loop;
-    std::vector<Light> samples = sample(surface.positions(), threads);
+    std::vector<Light> samples = sample(part.positions, threads);
     if (part.positions.size() > kManyVertices && double(part.positions.size()) > most / 4) {
         // As fine as images are, or nearly: no need of what lies between.
         part.colors.clear();
         for (const Light& light : samples) part.colors.push_back(to_srgb(light));
         return part;
     }
+    // Loop's rule moves vertices on every level, whatever the details.
+    const bool may_grow = predict_rule(transform.kind) != PredictRule::Loop;
+    GrowingSurface surface(part, transform, threads);
     for (;;) {
         const std::size_t count = surface.positions().size();
         surface.add_level();

@@ -232,7 +232,7 @@ void add_info(CLI::App& app) {
     command->add_flag("--chunks", arguments->chunks, "List every chunk");
     command->add_flag("--json", arguments->json,
                       "One JSON object: version transform levels tiles layers bytes base_bytes closing_bytes "
-                      "attributes points");
+                      "attributes material_colors points");
     command->callback([arguments] { info(*arguments); });
 }
 
