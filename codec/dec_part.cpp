@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <functional>
+#include <iterator>
 #include <string>
 
 #include "codec/entropy/packed_planes.h"
@@ -13,18 +13,13 @@ namespace mvw {
 
 namespace {
 
-/// What a vertex costs while its part is decoded: planes (packed ones may wait, kMostQueued), neighbours, coefficients,
-/// grids, the mesh handed out.
+/// What a vertex costs while its part is decoded: planes, neighbours, coefficients, grids, the mesh handed out.
 constexpr std::uint64_t kBytesPerVertex = 192;
 /// What an attribute adds to that.
 constexpr std::uint64_t kBytesPerAttribute = 96;
 constexpr std::uint64_t kBytesPerBaseFace = 160;  // while its mesh is decoded: faces, edges, their map, border
 /// What a block costs besides: its adaptive state.
 constexpr std::uint64_t kBytesPerBlock = 8192;
-
-/// Bytes of the fast profile's planes that wait for a mesh to be asked for, for each vertex: frames of few bytes may
-/// hold many.
-constexpr std::uint64_t kMostQueued = 24;
 
 constexpr std::array<float, kMaxComponents> kOnes{1, 1, 1, 1};
 
@@ -189,21 +184,18 @@ Result<unsigned> lowest_plane_there(ByteReader in, unsigned top, unsigned low, b
 
 }  // namespace
 
-/// Takes note of what a ready chunk holds. The fast profile's planes, which can be damaged, are unzipped at once.
+/// Takes note of what a ready chunk holds.
 Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
     const unsigned low = lowest_plane_of(id);
     const bool fast = base_->params.fast;
     const Result<unsigned> lowest = fast ? low : lowest_plane_there(in, front.top_plane, low, whole);
     if (!lowest.ok()) return lowest.error();
     if (*lowest > front.top_plane || (fast && !whole)) return {};
-    Queued queued{front.top_plane, {}};
     const ByteSpan planes = in.bytes(in.remaining());
     if (fast) {
         const std::uint64_t size = block_size(tiling(id.level).tiles[id.tile], id.level) * components_of(id.channel);
-        if (!unzip_planes(planes, static_cast<std::size_t>(size), front.top_plane, low, queued.planes))
+        if (!is_packed_planes(planes, static_cast<std::size_t>(size), front.top_plane, low))
             return malformed("packed planes are damaged");
-    } else {
-        queued.planes.assign(planes.begin(), planes.end());
     }
     std::unique_ptr<Block>& place = block(id, id.level);
     if (!place) {
@@ -212,15 +204,13 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
     }
     place->plane = *lowest;
     place->cut = !whole;
-    if (fast) queued_bytes_ += queued.planes.size();
-    queue_.emplace(id, std::move(queued));
+    queue_.emplace(id, Queued{front.top_plane, {planes.begin(), planes.end()}});
     if (const std::size_t kind = *kind_of(id.channel); kind > 0) {
         attributes_[kind - 1].ensure(vertex_count(id.level), vertex_count(0));
     } else {
         ensure_coefficients(id.level);
         mark_changed(id);
     }
-    if (queued_bytes_ > kMostQueued * vertex_count(finest_)) settle();
     return {};
 }
 
@@ -256,12 +246,12 @@ void PartDecoder::visit_queue(std::uint32_t tile, Visit visit) {
 }
 
 /// Tiles do not look at one another, and the transforms' tables at none of them.
-void PartDecoder::settle(unsigned level) {
+void PartDecoder::settle(unsigned level, Tasks besides) {
     std::vector<std::uint32_t> tiles;
     for (const auto& [id, queued] : queue_) tiles.push_back(id.tile);
     std::sort(tiles.begin(), tiles.end());
     tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-    std::vector<std::function<void()>> tasks;
+    Tasks tasks;
     std::atomic<std::size_t> tables_left = 0;
     if (needs_transform(level)) {
         transform_.reset();  // memory
@@ -284,6 +274,7 @@ void PartDecoder::settle(unsigned level) {
         for (std::size_t job = 0; job < jobs; ++job) tasks.emplace_back([this, job] { attribute_tables_->make(job); });
     }
     for (const std::uint32_t tile : tiles) tasks.emplace_back([this, tile] { settle_tile(tile); });
+    std::move(besides.begin(), besides.end(), std::back_inserter(tasks));
     std::atomic<std::size_t> next = 0;
     const auto work = [&](unsigned) {
         for (std::size_t at = next++; at < tasks.size(); at = next++) tasks[at]();
@@ -293,11 +284,11 @@ void PartDecoder::settle(unsigned level) {
     else
         workers_.run(work);
     queue_.clear();
-    queued_bytes_ = 0;
 }
 
 void PartDecoder::settle_tile(std::uint32_t tile) {
-    visit_queue(tile, [&](const ChunkId& id, Queued& queued) { decode_planes(id, queued); });
+    Bytes raw;
+    visit_queue(tile, [&](const ChunkId& id, const Queued& queued) { decode_planes(id, queued, raw); });
     visit_queue(tile, [&](const ChunkId& id, const Queued&) {
         Block& here = *block(id, id.level);
         if (!here.changed) return;
@@ -307,14 +298,14 @@ void PartDecoder::settle_tile(std::uint32_t tile) {
     });
 }
 
-void PartDecoder::decode_planes(const ChunkId& id, Queued& queued) {
+void PartDecoder::decode_planes(const ChunkId& id, const Queued& queued, Bytes& raw) {
     Block& here = *block(id, id.level);
     here.changed = true;
     const unsigned low = lowest_plane_of(id);
     if (base_->params.fast) {
         const auto size = static_cast<std::size_t>(block_size(tiling(id.level).tiles[id.tile], id.level));
-        (void)here.decoder.unpack(size, queued.top, low, queued.planes).ok();
-        queued.planes = {};  // memory
+        if (unzip_planes(queued.planes, size * components_of(id.channel), queued.top, low, raw))
+            (void)here.decoder.unpack(size, queued.top, low, raw).ok();
         return;
     }
     if (!here.shape) here.shape = std::make_unique<BlockShape>(base_->mesh, tiling(id.level), id.tile, id.level);
@@ -411,11 +402,9 @@ void PartDecoder::append_attributes(unsigned level, std::size_t first_vertex, st
 }
 
 /// center + diagonal * p.
-void PartDecoder::append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out) {
-    const auto V = static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
-    const std::size_t first = out.size();
-    out.resize(first + V);
-    const auto place = [&](std::size_t v, const Vec3& p) { out[first + v] = center + p * diagonal; };
+void PartDecoder::place_positions(unsigned level, const Vec3& center, double diagonal, std::span<Vec3> out) {
+    const std::size_t V = out.size();
+    const auto place = [&](std::size_t v, const Vec3& p) { out[v] = center + p * diagonal; };
     if (base_->params.lossless) {
         std::vector<IntegerPoint> points(integers_.begin(), integers_.begin() + static_cast<std::ptrdiff_t>(V));
         synthesize_integers(base_->mesh, level, base_->creases, points);
@@ -503,11 +492,12 @@ void PartDecoder::synthesize(unsigned level) {
 
 void PartDecoder::append_mesh(unsigned level, const Vec3& center, double diagonal, Mesh& out) {
     level = std::min(level, finest_);
-    settle(level);
-    ensure_coefficients(level);
     const auto first = static_cast<std::uint32_t>(out.positions.size());
-    append_positions(level, center, diagonal, out.positions);
-    std::vector<Face> faces = triangles_at_level(base_->mesh, level);
+    std::vector<Face> faces;
+    settle(level, {[&] { faces = triangles_at_level(base_->mesh, level); },
+                   [&] { out.positions.resize(first + vertex_count(level)); }});
+    ensure_coefficients(level);
+    place_positions(level, center, diagonal, std::span(out.positions).subspan(first));
     const std::size_t face_count = faces.size();
     if (out.faces.empty())
         out.faces = std::move(faces);

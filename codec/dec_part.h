@@ -1,8 +1,10 @@
 // One part of a model as far as its chunks have come: base, bit-planes, coefficients, and the mesh that they give.
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "codec/dec_attribute.h"
 #include "codec/dec_base.h"
@@ -23,7 +25,8 @@ class PartDecoder {
     /// Takes in one chunk's payload, or, where it is not whole, the beginning of one. What has to wait for other chunks
     /// is kept (a beginning is dropped), what is ready is decoded when its coefficients are asked for, all tiles then
     /// at once. Malformed where the payload contradicts FORMAT.md 4; then nothing has changed. Chunks already there,
-    /// above the limits or of unknown channels are ignored.
+    /// above the limits or of unknown channels are ignored, and so are a block's planes from one on that turns out
+    /// damaged only then, behind a good checksum (an encoder's fault, or a forgery).
     Result<void> take(const ChunkId& id, ByteSpan payload, bool whole);
 
     [[nodiscard]] bool has_base() const { return base_.has_value(); }
@@ -63,14 +66,16 @@ class PartDecoder {
     Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
     Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
-    /// Decodes what has been queued; meanwhile makes ready for a mesh of this level.
-    void settle(unsigned level = 0);
+    using Tasks = std::vector<std::function<void()>>;
+    /// Decodes what has been queued; meanwhile makes ready for a mesh of this level, and does what is asked besides.
+    void settle(unsigned level = 0, Tasks besides = {});
     void settle_tile(std::uint32_t tile);
     struct Queued {
         unsigned top;  // plane
-        Bytes planes;  // down to the chunk's lowest: as they came, of the fast profile without zstd's frame
+        Bytes planes;  // down to the chunk's lowest, as they came
     };
-    void decode_planes(const ChunkId& id, Queued& queued);
+    /// raw: room for the fast profile's planes.
+    void decode_planes(const ChunkId& id, const Queued& queued, Bytes& raw);
     template <typename Visit>
     void visit_queue(std::uint32_t tile, Visit visit);
     void retry_waiting(Channel channel, std::uint16_t tile, unsigned level);
@@ -78,7 +83,8 @@ class PartDecoder {
     void store_attribute(std::size_t kind, const ChunkId& id, const BlockDecoder& from);
     void store_integers(const ChunkId& id, const BlockDecoder& from);
     void ensure_coefficients(unsigned level);
-    void append_positions(unsigned level, const Vec3& center, double diagonal, std::vector<Vec3>& out);
+    /// out: V(level).
+    void place_positions(unsigned level, const Vec3& center, double diagonal, std::span<Vec3> out);
     [[nodiscard]] std::size_t vertex_count(unsigned level) const {
         return static_cast<std::size_t>(vertices_at_level(base_->mesh, level));
     }
@@ -129,7 +135,6 @@ class PartDecoder {
     // Chunks by channel (in the place of the part), tile, level, layer: to be decoded, the last of a block maybe a
     // beginning; waiting for others.
     std::map<ChunkId, Queued> queue_;
-    std::uint64_t queued_bytes_ = 0;  // of the fast profile's planes
     std::map<ChunkId, Bytes> waiting_;
     std::shared_ptr<TransformTables> tables_, attribute_tables_;
     std::unique_ptr<PatchTransform> transform_, attribute_transform_;

@@ -52,7 +52,8 @@ std::vector<Run> runs_of(const CodedBlock& block, std::size_t part, std::size_t 
     const double most = options.least_bytes, fewest = std::min(kFewestBytes, most);
     const auto is_short = [&](const Run& run) {
         const double share = options.least_share * before[block.planes.planes[run.first].plane];
-        return run.bytes < kHeadBytes + std::clamp(share, fewest, most);
+        return run.last - run.first + 1 < options.least_planes ||
+               run.bytes < kHeadBytes + std::clamp(share, fewest, most);
     };
     for (std::size_t p = 0; p < block.planes.planes.size(); ++p) {
         Run run{part, index, p, p};

@@ -22,6 +22,7 @@ struct OrderOptions {
     unsigned layers = 1;             // planes of the whole file: layer = layers - 1 - plane
     double least_bytes = 200;        // planes are put together until a chunk has as many, early in the file ...
     double least_share = 0.08;       // ... so much of what lies before it, and no fewer than 64
+    std::size_t least_planes = 1;    // ... and so many planes, unless fewer are left
     std::vector<double> area_share;  // of each part
     double floor = 0;                // mean squared error that remeshing left
 };

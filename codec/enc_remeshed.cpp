@@ -28,6 +28,7 @@ constexpr double kVerticesOfTile = 65'536;  // a tile has at least so many, so t
 constexpr unsigned kMostTiles = 64;
 constexpr std::uint64_t kLeastOfTile = 16'384;  // coarser levels, where tiles would have fewer vertices, are not tiled
 constexpr double kLongestLeastBytes = 8192;
+constexpr std::size_t kPlanesOfPacked = 2;  // of a chunk of the fast profile, whose every coefficient takes a byte
 constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
 constexpr unsigned kBudgets = 5;                    // sizes at which files are compared, ...
@@ -200,6 +201,7 @@ void describe(Source& source, CodedModel& model) {
     }
     for (double& share : model.order.area_share) share = whole > 0 ? share / whole : 1;
     model.order.floor = remesh_error * remesh_error;
+    if (source.options.profile == Profile::Fast) model.order.least_planes = kPlanesOfPacked;
     const bool lossless = source.options.lossless > 0;
     const TransformKind kind = lossless ? TransformKind::ButterflyLazy : source.options.transform.kind;
     model.header.transform = static_cast<std::uint8_t>(kind);

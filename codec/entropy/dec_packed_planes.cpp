@@ -38,6 +38,11 @@ void unpack(ByteSpan raw, unsigned top, unsigned low, std::span<std::uint32_t> e
 
 }  // namespace
 
+bool is_packed_planes(ByteSpan packed, std::size_t entries, unsigned top, unsigned low) {
+    return ZSTD_getFrameContentSize(packed.data(), packed.size()) == entries * packed_width(top, low) &&
+           ZSTD_findFrameCompressedSize(packed.data(), packed.size()) == packed.size();
+}
+
 bool unzip_planes(ByteSpan packed, std::size_t entries, unsigned top, unsigned low, Bytes& raw) {
     const std::size_t size = entries * packed_width(top, low);
     if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != size) return false;

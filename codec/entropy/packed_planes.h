@@ -26,6 +26,9 @@ constexpr std::size_t packed_width(unsigned top, unsigned low) {
 /// up; as a zstd frame with its content size. Encoder only.
 Bytes pack_planes(const Entries& entries, unsigned components, unsigned top, unsigned low);
 
+/// Whether these bytes are one whole frame of the size that so many entries take, as far as its heads say: unzip_planes()
+/// may still find it damaged.
+bool is_packed_planes(ByteSpan packed, std::size_t entries, unsigned top, unsigned low);
 /// The bytes behind the frame. False where it is not one of exactly the size that so many entries take.
 bool unzip_planes(ByteSpan packed, std::size_t entries, unsigned top, unsigned low, Bytes& raw);
 /// Sets those planes in the entries, which are component-major (entry i of component c at c * coefficients + i).

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <tuple>
 
 #include "codec/transform/patch/shared_rows.h"
 
@@ -192,6 +193,23 @@ ListedStencils spoke_stencils(std::size_t spokes, bool regular, const TransformO
                           [](const GridEdge& e) { return e.face == 0 && e.plane == kH && e.i == 0 && e.k == 0; });
 }
 
+/// As spoke_stencils(), solved for once a process: bases have the same few valences, and files may have many parts.
+std::shared_ptr<const ListedStencils> known_spoke(std::size_t spokes, bool regular, const TransformOptions& options) {
+    using Key = std::tuple<TransformKind, double, bool, unsigned, std::size_t, bool>;
+    constexpr std::size_t kMostSpokes = 32, kMostKnown = 256;
+    static std::mutex mutex;
+    static std::map<Key, std::shared_ptr<const ListedStencils>> known;
+    const Key key{options.kind, options.s, options.table1_weights, options.loop_template, spokes, regular};
+    {
+        const std::lock_guard lock(mutex);
+        if (const auto found = known.find(key); found != known.end()) return found->second;
+    }
+    auto made = std::make_shared<const ListedStencils>(spoke_stencils(spokes, regular, options));
+    const std::lock_guard lock(mutex);
+    if (spokes <= kMostSpokes && known.size() < kMostKnown) known.emplace(key, made);
+    return made;
+}
+
 }  // namespace
 
 ListedStencils explicit_stencils(const BaseMesh& base, unsigned j, const TransformOptions& options,
@@ -252,8 +270,8 @@ std::vector<float> CarriedStencils::signature(const Fan& fan) const {
 const ListedStencils& CarriedStencils::spoke(std::size_t spokes, bool regular) const {
     const std::lock_guard lock(finding_spoke_);
     const auto [found, is_new] = spokes_.try_emplace({spokes, regular});
-    if (is_new) found->second = spoke_stencils(spokes, regular, options_);
-    return found->second;
+    if (is_new) found->second = known_spoke(spokes, regular, options_);
+    return *found->second;
 }
 
 /// As fan_stencils() of a closed fan of no sharp spoke.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <utility>
@@ -97,7 +98,7 @@ class CarriedStencils {
     std::vector<Fan> fans_;
     // Of closed fans' spokes on kSpokeLevel, by their number and whether they lead to a regular vertex: found when
     // first asked for, by one thread at a time.
-    mutable std::map<std::pair<std::size_t, bool>, ListedStencils> spokes_;
+    mutable std::map<std::pair<std::size_t, bool>, std::shared_ptr<const ListedStencils>> spokes_;
     mutable std::mutex finding_spoke_;
     std::vector<std::size_t> kind_of_fan_;  // of kinds_; both empty before a level from kFanLevel on was asked for
     std::vector<ListedStencils> kinds_;
