@@ -6,6 +6,7 @@
 
 #include "codec/container/crc32c.h"
 #include "codec/decoder.h"
+#include "codec/tiles.h"
 
 namespace mvw {
 
@@ -103,6 +104,28 @@ class Worth {
     double first_ = 0, at_ = 0, psnr_ = 0, sum_ = 0;
 };
 
+/// Weighs what a tile's planes gain by the surface that each of its vertices stands for: a few long triangles may be half
+/// of it.
+void weigh_by_area(CodedPart& part, unsigned tiles) {
+    const BaseMesh& base = part.mesh.base;
+    std::vector<double> area(base.vertex_count(), 0);
+    double whole = 0;
+    for (const Face& f : base.faces()) {
+        const auto& at = part.mesh.positions;
+        const double third = length(cross(at[f[1]] - at[f[0]], at[f[2]] - at[f[0]])) / 6;
+        for (const std::uint32_t v : f) area[v] += third;
+        whole += 3 * third;
+    }
+    const Tiling tiling(base, tile_of_faces(base, tiles), tiles);
+    for (CodedBlock& block : part.blocks) {
+        const std::vector<std::uint32_t> vertices = block_indices(base, tiling.tiles[block.tile], block.level);
+        double here = 0;
+        for (const std::uint32_t v : vertices) here += area[v];
+        const double share = here / static_cast<double>(vertices.size()) / (whole / base.vertex_count());
+        for (double& gain : block.gain) gain *= share;
+    }
+}
+
 Closing close_with(const EncoderInput& input, const SemiRegularMesh& mesh, const RatedGrid& grid,
                    const Opening& opening, const ClosingOptions& options) {
     PartPrecision precision;
@@ -116,6 +139,7 @@ Closing close_with(const EncoderInput& input, const SemiRegularMesh& mesh, const
     Closing closing;
     std::vector<CodedPart> parts;
     parts.push_back(code_part(mesh, TransformOptions{}, precision, {}, options.threads));
+    weigh_by_area(parts[0], precision.tiles);
     closing.info = {0,
                     mesh.base.vertex_count(),
                     mesh.base.edge_count(),
