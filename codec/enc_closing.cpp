@@ -104,8 +104,7 @@ class Worth {
     double first_ = 0, at_ = 0, psnr_ = 0, sum_ = 0;
 };
 
-/// Weighs what a tile's planes gain by the surface that each of its vertices stands for: a few long triangles may be half
-/// of it.
+/// Weighs what a tile's planes gain by the surface that its vertices stand for: a few long triangles may be half of it.
 void weigh_by_area(CodedPart& part, unsigned tiles) {
     const BaseMesh& base = part.mesh.base;
     std::vector<double> area(base.vertex_count(), 0);
@@ -121,6 +120,7 @@ void weigh_by_area(CodedPart& part, unsigned tiles) {
         const std::vector<std::uint32_t> vertices = block_indices(base, tiling.tiles[block.tile], block.level);
         double here = 0;
         for (const std::uint32_t v : vertices) here += area[v];
+        if (vertices.empty() || whole <= 0) continue;
         const double share = here / static_cast<double>(vertices.size()) / (whole / base.vertex_count());
         for (double& gain : block.gain) gain *= share;
     }
