@@ -18,7 +18,7 @@ struct DecodeState {
     float error = 1;           // RMS surface error left as the file states it, fraction of the diagonal; with expect(),
                                // that of the chunks in file order before the first that is missing or damaged
     std::uint32_t chunks = 0;  // taken in
-    std::uint32_t damaged = 0;  // chunks whose checksum or content was wrong: skipped
+    std::uint32_t damaged = 0;  // chunks whose checksum or heads were wrong: skipped
     std::uint32_t waiting = 0;  // taken in, but of use only once others come
     bool complete = false;      // all of the file is there: known from its bytes in order, or after expect()
 };

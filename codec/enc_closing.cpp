@@ -107,22 +107,19 @@ class Worth {
 /// Weighs what a tile's planes gain by the surface that its vertices stand for: a few long triangles may be half of it.
 void weigh_by_area(CodedPart& part, unsigned tiles) {
     const BaseMesh& base = part.mesh.base;
-    std::vector<double> area(base.vertex_count(), 0);
+    const std::vector<Vec3>& at = part.mesh.positions;
+    const Tiling tiling(base, tile_of_faces(base, tiles), tiles);
+    std::vector<double> area(tiles, 0);  // of a third of each face at each vertex
     double whole = 0;
     for (const Face& f : base.faces()) {
-        const auto& at = part.mesh.positions;
         const double third = length(cross(at[f[1]] - at[f[0]], at[f[2]] - at[f[0]])) / 6;
-        for (const std::uint32_t v : f) area[v] += third;
+        for (const std::uint32_t v : f) area[tiling.vertex[v].tile] += third;
         whole += 3 * third;
     }
-    const Tiling tiling(base, tile_of_faces(base, tiles), tiles);
+    if (whole <= 0) return;
     for (CodedBlock& block : part.blocks) {
-        const std::vector<std::uint32_t> vertices = block_indices(base, tiling.tiles[block.tile], block.level);
-        double here = 0;
-        for (const std::uint32_t v : vertices) here += area[v];
-        if (vertices.empty() || whole <= 0) continue;
-        const double share = here / static_cast<double>(vertices.size()) / (whole / base.vertex_count());
-        for (double& gain : block.gain) gain *= share;
+        const auto vertices = static_cast<double>(tiling.tiles[block.tile].vertices.size());
+        for (double& gain : block.gain) gain *= area[block.tile] / whole * base.vertex_count() / vertices;
     }
 }
 
