@@ -159,7 +159,7 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
         return Taken::Waits;
     }
     if (*ready != Readiness::Ready) return Taken::Dropped;
-    if (const Result<void> r = queue_planes(id, front, in, whole); !r.ok()) return r.error();
+    if (const Result<void> r = queue_planes(id, front, in, whole && !front.beginning); !r.ok()) return r.error();
     if (whole) error_code_ = std::max(error_code_, front.error_code);
     detail_level_ = std::max<unsigned>(detail_level_, id.level);
     if (id.channel == Channel::Geometry && id.level > 0) flat_ = false;

@@ -6,6 +6,7 @@
 
 #include "codec/container/crc32c.h"
 #include "codec/decoder.h"
+#include "codec/part_params.h"
 #include "codec/tiles.h"
 
 namespace mvw {
@@ -29,7 +30,11 @@ constexpr unsigned kFewestBits = 9, kMostBits = 14;             // of the grid: 
 constexpr unsigned kMostTried = 3;                              // grids
 constexpr std::uint32_t kVerticesOfTile = 60, kMostTiles = 16;  // so that one tile more is a small step, too
 constexpr double kSharp = 0.87;                                 // cosine of 30 degrees
-constexpr std::uint32_t kSamples = 30'000, kVertexStride = 10;
+
+/// A tenth of the points that are measured by default, and of the vertices.
+SurfaceErrorOptions measure_with(unsigned threads) {
+    return {100'000, threads, 10};
+}
 
 /// In coded units; edges between faces that meet at an angle are creases, so that their ends have no coarse steps.
 std::optional<SemiRegularMesh> part_of(const EncoderInput& input) {
@@ -59,7 +64,7 @@ double error_on_grid(const EncoderInput& input, const SemiRegularMesh& mesh, uns
         rounded.positions.push_back(input.to_model_units(
             {std::round(p.x * scale) / scale, std::round(p.y * scale) / scale, std::round(p.z * scale) / scale}));
     if (!measurable(rounded)) return 1;
-    return input.reference().error_of(rounded, {kSamples, threads, kVertexStride}).rms;
+    return input.reference().error_of(rounded, measure_with(threads)).rms;
 }
 
 /// A grid for the vertices, and the RMS error that it leaves.
@@ -157,26 +162,73 @@ Closing close_with(const EncoderInput& input, const SemiRegularMesh& mesh, const
     return closing;
 }
 
-/// The fewest of the opening's chunks that show about what the closing part's base does: errors are stated between
-/// points that were measured, so those about `stated` chunks are measured here.
-std::size_t chunks_as_good(const EncoderInput& input, const Opening& opening, std::size_t stated, double base_error,
-                           unsigned threads) {
-    constexpr std::size_t kAbout = 5;
-    constexpr double kNoFall = 1.005;
-    Decoder decoder;
-    (void)decoder.feed_header(opening.file).ok();
-    for (std::size_t i = 0; i < opening.plan.size(); ++i) {
-        const PlannedChunk& c = opening.plan[i];
-        (void)decoder.feed_chunk(c.id, c.payload, crc32c(c.payload)).ok();
-        if (i + kAbout < stated || c.id.channel == Channel::Base) continue;
-        const Result<Mesh> mesh = decoder.mesh();
-        if (!mesh.ok() || !measurable(*mesh)) continue;
-        const double rms = input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
-        if (rms < base_error * kNoFall) return i;  // what follows would be worse
-        if (rms <= base_error * kDecibel) return i + 1;
+/// Where wavelets end and the closing part begins.
+class Switch {
+ public:
+    Switch(const EncoderInput& input, const Opening& opening, double base_error, unsigned threads)
+        : input_(input), opening_(opening), base_error_(base_error), threads_(threads) {}
+
+    /// Keeps the shortest beginning of the opening that is about as good as the closing part's base, and no better:
+    /// what follows would be worse. may_cut: it may end inside a chunk, so that the step to the base is a small one.
+    void set(Closing& closing, bool may_cut) const {
+        const auto is_base = [](const PlannedChunk& c) { return c.id.channel == Channel::Base; };
+        std::size_t low = static_cast<std::size_t>(std::ranges::count_if(opening_.plan, is_base));  // too few chunks
+        std::size_t high = opening_.plan.size();                                                    // enough
+        while (high > low + 1) {
+            const std::size_t middle = low + (high - low) / 2;
+            (is_good(error_of(middle)) ? high : low) = middle;
+        }
+        closing.opening_chunks = is_better(error_of(high)) ? low : high;
+        if (may_cut && closing.opening_chunks == low) closing.beginning = beginning_of(low);
     }
-    return opening.plan.size();
-}
+
+ private:
+    static constexpr double kNoFall = 1.005;
+    [[nodiscard]] bool is_good(double rms) const { return rms <= base_error_ * kDecibel; }
+    [[nodiscard]] bool is_better(double rms) const { return rms < base_error_ * kNoFall; }
+
+    /// RMS error of the first chunks, and of one more.
+    [[nodiscard]] double error_of(std::size_t chunks, const PlannedChunk* last = nullptr) const {
+        Decoder decoder;
+        const auto feed = [&](const PlannedChunk& c) {
+            (void)decoder.feed_chunk(c.id, c.payload, crc32c(c.payload)).ok();
+        };
+        (void)decoder.feed_header(opening_.file).ok();
+        for (std::size_t i = 0; i < chunks; ++i) feed(opening_.plan[i]);
+        if (last) feed(*last);
+        const Result<Mesh> mesh = decoder.mesh();
+        if (!mesh.ok() || !measurable(*mesh)) return INFINITY;
+        return input_.reference().error_of(*mesh, measure_with(threads_)).rms;
+    }
+
+    /// As much of a chunk as makes the first ones good enough; nothing where one byte more or less is too large a step.
+    [[nodiscard]] std::optional<PlannedChunk> beginning_of(std::size_t chunk) const {
+        PlannedChunk beginning = opening_.plan[chunk];
+        if (beginning.id.channel != Channel::Geometry) return std::nullopt;
+        const Bytes payload = beginning.payload;
+        ByteReader in(payload);
+        GeometryFront front = read_geometry_front(in);
+        front.beginning = true;
+        const ByteSpan planes = in.bytes(in.remaining());
+        for (std::size_t low = 0, high = planes.size(); high > low + 1;) {
+            const std::size_t middle = low + (high - low) / 2;
+            beginning.payload = with_front(front, ByteReader(planes.first(middle)));
+            beginning.error = error_of(chunk, &beginning);
+            if (!is_good(beginning.error))
+                low = middle;
+            else if (is_better(beginning.error))
+                high = middle;
+            else
+                return beginning;
+        }
+        return std::nullopt;
+    }
+
+    const EncoderInput& input_;
+    const Opening& opening_;
+    const double base_error_;
+    const unsigned threads_;
+};
 
 }  // namespace
 
@@ -208,8 +260,9 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
         best = std::move(closing);
     }
     if (!best) return best;
-    best->opening_chunks = chunks_as_good(input, opening, best->opening_chunks, best->base_error, options.threads);
-    const double bytes = bytes_of(std::span(opening.plan).first(best->opening_chunks)) + bytes_of(best->chunks);
+    Switch(input, opening, best->base_error, options.threads).set(*best, !options.fast);
+    double bytes = bytes_of(std::span(opening.plan).first(best->opening_chunks)) + bytes_of(best->chunks);
+    if (best->beginning) bytes += double(best->beginning->payload.size());
     return bytes <= most ? std::move(best) : std::nullopt;
 }
 

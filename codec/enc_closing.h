@@ -20,10 +20,11 @@ struct Opening {
 /// A last part, and what of the wavelets stays before it.
 struct Closing {
     PartInfo info;
-    std::vector<PlannedChunk> chunks;  // of part 0: for the caller to number; errors are estimates of mean squares
-    std::size_t opening_chunks = 0;    // that stay
-    double base_error = 0;             // RMS, once the part's base is there
-    unsigned layers = 1;               // of the file
+    std::vector<PlannedChunk> chunks;       // of part 0: for the caller to number; errors are estimates of mean squares
+    std::size_t opening_chunks = 0;         // that stay, ...
+    std::optional<PlannedChunk> beginning;  // ... and of the next one so much
+    double base_error = 0;                  // RMS, once the part's base is there
+    unsigned layers = 1;                    // of the file
 };
 
 struct ClosingOptions {

@@ -14,10 +14,12 @@ namespace mvw {
 
 namespace {
 
-constexpr std::uint32_t kSamples = 30'000, kVertexStride = 10;
+constexpr std::uint32_t kSamples = 30'000, kVertexStride = 33;  // shares as by default
 constexpr std::array kShares{0.08, 0.2, 0.35, 0.5, 0.7, 0.85};  // of a chunk's bytes
-constexpr double kWorse = 1.0025;                               // times the RMS error, 0.02 dB: what samples differ by
-constexpr std::size_t kMostWork = 2'000'000;                    // vertices measured
+constexpr double kMargin = 0.05;              // added to such a share: other samples find other spikes
+constexpr unsigned kHalvings = 2;             // of what lies between two of these
+constexpr double kWorse = 1.0025;             // times the RMS error, 0.02 dB: what samples differ by
+constexpr std::size_t kMostWork = 4'000'000;  // vertices measured
 
 bool starts_details(const PlannedChunk& chunk) {
     if (chunk.id.channel != Channel::Geometry || chunk.id.level == 0) return false;
@@ -29,10 +31,7 @@ void say(std::size_t least_bytes, PlannedChunk& chunk) {
     ByteReader in(chunk.payload);
     GeometryFront front = read_geometry_front(in);
     front.least_bytes = least_bytes;
-    ByteWriter out;
-    write_geometry_front(out, front);
-    out.bytes(in.bytes(in.remaining()));
-    chunk.payload = out.take();
+    chunk.payload = with_front(front, in);
 }
 
 /// RMS error of a file's beginning; infinite where it shows nothing.
@@ -42,8 +41,8 @@ double error_of(const EncoderInput& input, ByteSpan beginning) {
     return input.reference().error_of(*mesh, {kSamples, 1, kVertexStride}).rms;
 }
 
-/// The share of a chunk's bytes from which on no beginning is worse than none of the chunk: 0 for all of them, else the
-/// second of kShares of which that is so, as it was seen at these alone; 1 where there are not two.
+/// The share of a chunk's bytes from which on no beginning is worse than none of the chunk, as far as it was measured:
+/// 0 for all of them, 1 where its last bytes still are.
 double least_share(const EncoderInput& input, ByteSpan file, const ChunkEntry& chunk) {
     const auto error_with = [&](double share) {
         return error_of(input, file.first(chunk.offset + static_cast<std::size_t>(share * chunk.length)));
@@ -52,7 +51,12 @@ double least_share(const EncoderInput& input, ByteSpan file, const ChunkEntry& c
     std::size_t good = kShares.size();
     while (good > 0 && error_with(kShares[good - 1]) <= most) --good;
     if (good == 0) return 0;
-    return good + 1 < kShares.size() ? kShares[good + 1] : 1;
+    double bad = kShares[good - 1], enough = good < kShares.size() ? kShares[good] : 1;
+    for (unsigned k = 0; k < kHalvings; ++k) {
+        const double middle = (bad + enough) / 2;
+        (error_with(middle) <= most ? enough : bad) = middle;
+    }
+    return std::min(enough + kMargin, 1.0);
 }
 
 }  // namespace

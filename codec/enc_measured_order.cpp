@@ -14,11 +14,12 @@ namespace mvw {
 namespace {
 
 constexpr std::uint32_t kSamples = 10'000, kVertexStride = 30;
-constexpr double kLeastError = 1e-15;  // mean squared, that is measured
-constexpr unsigned kMostRounds = 4;
-constexpr double kLeastBetter = 0.01;          // dB in the mean, for which the order changes, ...
-constexpr double kWorthAnother = 0.2;          // ... and after which another round is likely to gain something
-constexpr double kLeastGain = 0.05;            // of its estimate, that a chunk keeps whatever is measured
+constexpr double kLeastError = 1e-15;              // mean squared, that is measured
+constexpr unsigned kRounds = 4, kMostRounds = 12;  // the latter where all of them together are no more work
+constexpr double kWorse = 1.01;        // times the mean squared error, 0.04 dB: what a chunk alone may make worse
+constexpr double kLeastBetter = 0.01;  // dB in the mean, for which the order changes, ...
+constexpr double kWorthAnother = 0.2;  // ... and after which another round is likely to gain something
+constexpr double kLeastGain = 0.05;    // of its estimate, that a chunk keeps whatever is measured
 constexpr std::size_t kMostWork = 20'000'000;  // vertices measured in a round
 
 /// What a plan's beginnings decode to.
@@ -90,24 +91,48 @@ void correct_gains(const Course& course, std::vector<PlannedChunk>& plan) {
     plan.front().error = course.errors[static_cast<std::size_t>(last_base - plan.begin()) - 1];
 }
 
+/// Chunks after which the surface is worse than before come together with their blocks' next ones: a fine level's first
+/// planes may fold what the coarser ones have not yet made smooth. Whether there are such.
+bool join_what_is_worse(const Course& course, std::vector<PlannedChunk>& plan) {
+    bool any = false;
+    for (std::size_t i = plan.size(); i-- > 1;) {
+        const PlannedChunk& chunk = plan[i];
+        const ChunkId& id = chunk.id;
+        if (id.channel != Channel::Geometry || course.errors[i] <= kWorse * course.errors[i - 1]) continue;
+        const auto is_next = [&](const PlannedChunk& c) {
+            return c.id.channel == id.channel && c.id.part == id.part && c.id.tile == id.tile &&
+                   c.id.level == id.level && c.top_plane + 1 == chunk.lowest_plane;
+        };
+        const auto next = std::find_if(plan.begin() + std::ptrdiff_t(i), plan.end(), is_next);
+        if (next == plan.end()) continue;
+        *next = join_chunks(chunk, *next);
+        plan.erase(plan.begin() + std::ptrdiff_t(i));
+        any = true;
+    }
+    return any;
+}
+
 }  // namespace
 
 void order_by_measure(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan,
                       const EncodeOptions& options) {
     const FileHeader header = *read_header(file);
     const std::uint64_t vertices = vertices_of(header);
-    if (vertices * plan.size() > kMostWork) return;
+    const std::uint64_t work = vertices * plan.size();
+    if (work > kMostWork) return;
     Course course = follow(input, file, plan, options.threads);
-    for (unsigned round = 0; round < kMostRounds; ++round) {
+    bool worth_another = true;
+    for (unsigned round = 0; round < kRounds || (round < kMostRounds && round * work < kMostWork); ++round) {
         std::vector<PlannedChunk> other = plan;
         correct_gains(course, other);
+        const bool joins = options.profile != Profile::Fast && join_what_is_worse(course, other);
+        if (!joins && !worth_another) return;
         sort_chunks(other);
         Course now = follow(input, file, other, options.threads);
-        if (now.score < course.score + kLeastBetter) return;
-        const bool worth_another = now.score >= course.score + kWorthAnother;
+        if (!joins && now.score < course.score + kLeastBetter) return;
+        worth_another = now.score >= course.score + kWorthAnother;
         plan = std::move(other);
         course = std::move(now);
-        if (!worth_another) return;
     }
 }
 

@@ -223,6 +223,27 @@ std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, cons
     return plan;
 }
 
+PlannedChunk join_chunks(const PlannedChunk& first, const PlannedChunk& second) {
+    PlannedChunk out = second;
+    out.top_plane = first.top_plane;
+    out.needs_parent = first.needs_parent || second.needs_parent;
+    out.gain = first.gain + second.gain;
+    ByteReader planes(first.payload), more(second.payload);
+    GeometryFront front = read_geometry_front(planes);
+    (void)read_geometry_front(more);
+    front.needs_parent = out.needs_parent;
+    ByteWriter payload;
+    write_geometry_front(payload, front);
+    for (unsigned plane = first.top_plane + 1; plane-- > first.lowest_plane;) {
+        const std::uint64_t length = plane > first.lowest_plane ? planes.varint() : planes.remaining();
+        payload.varint(length);
+        payload.bytes(planes.bytes(static_cast<std::size_t>(length)));
+    }
+    payload.bytes(more.bytes(more.remaining()));
+    out.payload = payload.take();
+    return out;
+}
+
 void sort_chunks(std::vector<PlannedChunk>& plan) {
     if (plan.empty()) return;
     double error = plan.front().error;  // of the bases alone

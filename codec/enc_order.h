@@ -33,6 +33,9 @@ unsigned layers_of(const std::vector<CodedPart>& parts);
 /// Bases first, small ones before large ones. Then every plane of every block.
 std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, const OrderOptions& options);
 
+/// A block's chunk and its next one as one. Not of packed planes.
+PlannedChunk join_chunks(const PlannedChunk& first, const PlannedChunk& second);
+
 /// Brings a plan's chunks in the order of their gains a byte, each behind what it builds on, and says their errors
 /// anew. Bases stay in front.
 void sort_chunks(std::vector<PlannedChunk>& plan);

@@ -29,7 +29,7 @@ constexpr unsigned kMostTiles = 64;
 constexpr std::uint64_t kLeastOfTile = 16'384;  // coarser levels, where tiles would have fewer vertices, are not tiled
 constexpr double kLongestLeastBytes = 8192;
 constexpr std::size_t kPlanesOfPacked = 2;  // of a chunk of the fast profile, whose every coefficient takes a byte
-constexpr double kCellsOfEdge = 8;  // of the grid that bases are snapped to, for each of a base's edges
+constexpr double kCellsOfEdge = 8;          // of the grid that bases are snapped to, for each of a base's edges
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
 constexpr unsigned kBudgets = 5;                    // sizes at which files are compared, ...
 constexpr double kLeastBudget = 1024;               // ... none below, ...
@@ -336,6 +336,7 @@ std::optional<Closing> close_where_it_pays(const Source& source, const Coded& co
 /// Puts a closing part behind the chunks of the others that stay.
 void append(Closing closing, Coded& coded) {
     coded.plan.resize(closing.opening_chunks);
+    if (closing.beginning) coded.plan.push_back(std::move(*closing.beginning));
     const unsigned more_layers = closing.layers - coded.model.order.layers;
     for (PlannedChunk& c : coded.plan) {
         const bool has_layer = c.id.channel != Channel::Base && c.id.channel != Channel::Attributes;

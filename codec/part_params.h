@@ -115,6 +115,7 @@ struct GeometryFront {
     bool starts = false;            // the block's first chunk
     bool needs_parent = false;      // the block one level below must be there down to one plane above the lowest here
     std::uint64_t least_bytes = 0;  // behind this front; with fewer a cut chunk is not shown
+    bool beginning = false;         // of a chunk whose rest is nowhere: as if it had been cut
 };
 inline GeometryFront read_geometry_front(ByteReader& in) {
     GeometryFront front;
@@ -123,14 +124,26 @@ inline GeometryFront read_geometry_front(ByteReader& in) {
     front.top_plane = bits & 31;
     front.starts = (bits & 32) != 0;
     front.needs_parent = (bits & 64) != 0;
-    if ((bits & 128) != 0) front.least_bytes = in.varint();
+    if ((bits & 128) != 0) {
+        const std::uint64_t cut = in.varint();
+        front.least_bytes = cut / 2;
+        front.beginning = cut % 2 != 0;
+    }
     return front;
 }
 inline void write_geometry_front(ByteWriter& out, const GeometryFront& front) {
     out.u8(front.error_code);
+    const std::uint64_t cut = 2 * front.least_bytes + (front.beginning ? 1u : 0u);
     out.u8(static_cast<std::uint8_t>(front.top_plane | (front.starts ? 32u : 0u) | (front.needs_parent ? 64u : 0u) |
-                                     (front.least_bytes > 0 ? 128u : 0u)));
-    if (front.least_bytes > 0) out.varint(front.least_bytes);
+                                     (cut > 0 ? 128u : 0u)));
+    if (cut > 0) out.varint(cut);
+}
+/// The same payload behind another front.
+inline Bytes with_front(const GeometryFront& front, ByteReader planes) {
+    ByteWriter out;
+    write_geometry_front(out, front);
+    out.bytes(planes.bytes(planes.remaining()));
+    return out.take();
 }
 
 }  // namespace mvw

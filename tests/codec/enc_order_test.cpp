@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "codec/container/enc_file.h"
+#include "codec/decoder.h"
+#include "codec/part_params.h"
+#include "tests/support/encoded_models.h"
+
 namespace mvw {
 namespace {
 
@@ -64,6 +69,42 @@ TEST(SortChunks, SaysWhatErrorIsLeft) {
     errors.reserve(plan.size());
     for (const PlannedChunk& c : plan) errors.push_back(c.error);
     EXPECT_EQ(errors, (std::vector<double>{10, 6, 6, 4}));
+}
+
+TEST(JoinChunks, HoldWhatBothDid) {
+    const Bytes& file = fine_file().file;
+    const Toc toc = toc_of(file);
+    std::vector<PlannedChunk> plan;
+    for (const ChunkEntry& c : toc.chunks) {
+        PlannedChunk& chunk = plan.emplace_back();
+        chunk.id = c.id;
+        const ByteSpan payload = payload_of(file, c);
+        chunk.payload.assign(payload.begin(), payload.end());
+        ByteReader in(payload);
+        if (c.id.channel != Channel::Geometry) continue;
+        const GeometryFront front = read_geometry_front(in);
+        chunk.top_plane = front.top_plane;
+        chunk.lowest_plane = toc.header.layers - 1u - c.id.layer;
+        chunk.needs_parent = front.needs_parent;
+    }
+    // Each chunk of level 2 into the next one.
+    std::size_t last = 0, joined = 0;
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+        if (plan[i].id.channel != Channel::Geometry || plan[i].id.level != 2) continue;
+        if (last > 0) {
+            plan[i] = join_chunks(plan[last], plan[i]);
+            plan.erase(plan.begin() + std::ptrdiff_t(last));
+            --i, ++joined;
+        }
+        last = i;
+    }
+    ASSERT_GT(joined, 0u);
+    std::vector<ChunkToWrite> chunks;
+    for (const PlannedChunk& c : plan) chunks.push_back({c.id, c.payload, 0.5f});
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed(write_file(toc.header, chunks).value()).ok());
+    EXPECT_TRUE(decoder.state().complete);
+    EXPECT_EQ(decoder.mesh()->positions, decode(file)->positions);
 }
 
 }  // namespace

@@ -31,13 +31,22 @@ ByteSpan payload_of(const Bytes& file, const ChunkEntry& chunk) {
     return ByteSpan(file).subspan(chunk.offset, chunk.length);
 }
 
+namespace {
+Encoded encoded_ball(unsigned levels, double error) {
+    EncodeOptions options;
+    options.target_error = error;
+    options.threads = 1;
+    return encode_parts({bumpy_ball(levels)}, options);
+}
+}  // namespace
+
 const Encoded& small_file() {
-    static const Encoded file = [] {
-        EncodeOptions options;
-        options.target_error = 5e-4;
-        options.threads = 1;
-        return encode_parts({bumpy_ball(3)}, options);
-    }();
+    static const Encoded file = encoded_ball(3, 5e-4);
+    return file;
+}
+
+const Encoded& fine_file() {
+    static const Encoded file = encoded_ball(5, 2e-6);
     return file;
 }
 

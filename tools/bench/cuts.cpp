@@ -50,6 +50,8 @@ void summarize(Cuts& cuts) {
 Cuts cut(const Mesh& mesh, ByteSpan file, std::size_t count, std::uint32_t samples) {
     Cuts cuts;
     SurfaceErrorOptions options;
+    options.vertex_stride =
+        std::max(1u, options.samples / samples);  // points and vertices in the shares of the default
     options.samples = samples;
     const auto measured = [&](std::size_t bytes) -> std::optional<RatePoint> {
         const Result<Mesh> prefix = decode(file.first(bytes));
