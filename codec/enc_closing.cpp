@@ -15,16 +15,17 @@ namespace {
 
 constexpr double kBitsAtLeast = 9;       // a vertex, that a closing part takes
 constexpr double kGoodEnough = 1.78e-4;  // RMS, 75 dB: while its base comes, the picture is at least as good
-constexpr double kDecibel = 1.09;        // of 1.122: the step from wavelets to what follows them
+constexpr double kDecibel = 1.09;        // of 1.122: the step from wavelets to what follows them, ...
+constexpr double kStepVisible = 1.4;     // ... if need be, where something was wrong
 constexpr double kInvisible = 2.5e-5;    // RMS, 92 dB: what is better counts no more
 constexpr double kVisible = 2e-3;        // largest distance, or ...
 constexpr double kRough = 1e-4;          // ... RMS error, of surfaces that may take more bytes, ...
-constexpr double kMostGrowth = 4;        // ... so many times more
-constexpr double kFinestError = 3e-6, kFinalError = 3e-5;  // RMS, that a closed file leaves at least, at most ...
-constexpr double kFinalShare = 0.75;                       // ... and of what wavelets left
+constexpr double kMostGrowthVisible = 4, kMostGrowth = 1.4;  // ... so many times more; and others
+constexpr double kFinestError = 3e-6, kFinalError = 3e-5;    // RMS, that a closed file leaves at least, at most ...
+constexpr double kFinalShare = 0.75;                         // ... and of what wavelets left
 // dB in the mean of all beginnings that a closed file may lose: times the share by which it is shorter, or where
 // something was wrong.
-constexpr double kMostLost = 0.25, kMostLostVisible = 0.5;
+constexpr double kMostLost = 0.4, kMostLostVisible = 0.5;
 constexpr double kFinerGain = 0.1;                              // dB in the mean, for a finer grid than the coarsest
 constexpr unsigned kFewestBits = 9, kMostBits = 14;             // of the grid: coarser ones look rough
 constexpr unsigned kMostTried = 3;                              // grids
@@ -73,16 +74,18 @@ struct RatedGrid {
     double error;
 };
 
-/// The coarsest grid that is good enough and some finer ones, but none so fine that the step to it from the wavelets at
-/// their end would be large.
+/// The coarsest grid that is good enough and some finer ones. At most the last is so fine that the step to it from the
+/// wavelets at their end would be large, none finer than `most` times their error.
 std::vector<RatedGrid> grids_to_try(const EncoderInput& input, const SemiRegularMesh& mesh, double wavelets,
-                                    unsigned threads) {
+                                    double most, unsigned threads) {
     std::vector<RatedGrid> grids;
     for (unsigned bits = kFewestBits; bits <= kMostBits && grids.size() < kMostTried; ++bits) {
         const double error = error_on_grid(input, mesh, bits, threads);
-        if (!grids.empty() && error * kDecibel < wavelets) break;
-        if (!grids.empty() && grids.back().error > kGoodEnough) grids.clear();
+        const bool is_large_step = !grids.empty() && error * kDecibel < wavelets;
+        if (is_large_step && error * most < wavelets) break;
+        if (!is_large_step && !grids.empty() && grids.back().error > kGoodEnough) grids.clear();
         grids.push_back({bits, error});
+        if (is_large_step) break;
     }
     return grids;
 }
@@ -235,7 +238,8 @@ class Switch {
 std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options) {
     const double wavelets = bytes_of(opening.plan);
     const bool visible = opening.whole.max > kVisible || opening.whole.rms > kRough;
-    const double most = wavelets * (visible ? kMostGrowth : 1);
+    const double growth = visible ? kMostGrowthVisible : opening.whole.rms > kInvisible ? kMostGrowth : 1;
+    const double most = wavelets * growth;
     if (double(input.mesh().positions.size()) * kBitsAtLeast / 8 > most) return std::nullopt;
     const std::optional<SemiRegularMesh> mesh = part_of(input);
     if (!mesh) return std::nullopt;
@@ -244,7 +248,9 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
     for (const PlannedChunk& c : opening.plan) alone.add(double(c.payload.size()), c.error);
     std::optional<Closing> best;
     double gain = 0;  // dB in the mean
-    for (const RatedGrid& grid : grids_to_try(input, *mesh, opening.whole.rms, options.threads)) {
+    const double step = visible ? kStepVisible : kDecibel;
+    for (const RatedGrid& grid : grids_to_try(input, *mesh, opening.whole.rms, step, options.threads)) {
+        if (best && grid.error * kDecibel < opening.whole.rms) break;  // a large step only where it must be
         Closing closing = close_with(input, *mesh, grid, opening, options);
         const auto stays = std::span(opening.plan).first(closing.opening_chunks);
         const double bytes = bytes_of(stays) + bytes_of(closing.chunks), end = std::max(bytes, wavelets);

@@ -8,6 +8,7 @@
 
 #include "codec/enc_remeshed.h"
 #include "codec/enc_trials.h"
+#include "codec/mesh/material_colors.h"
 
 namespace mvw {
 
@@ -92,6 +93,7 @@ Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
     mesh = clean(std::move(mesh), out.cleaning);
     mesh.paintwork = paintwork;
     mesh.material_colors = material_colors;
+    if (!paintwork) single_color_to_material(mesh);  // as many tools give every vertex
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, "no face of positive area is left to encode"};
     out.input_vertices = mesh.positions.size();
     out.input_faces = mesh.faces.size();

@@ -20,6 +20,14 @@ bool all_have_colors(std::span<const MaterialColor> colors, std::span<const std:
                        [&](std::uint32_t label) { return color_of(colors, label) != nullptr; });
 }
 
+void single_color_to_material(Mesh& mesh) {
+    const std::vector<Rgba8>& colors = mesh.colors;
+    if (colors.empty() || !mesh.materials.empty() || !mesh.material_colors.empty()) return;
+    if (!std::all_of(colors.begin(), colors.end(), [&](const Rgba8& c) { return c == colors[0]; })) return;
+    mesh.material_colors.push_back({0, colors[0]});
+    mesh.colors.clear();
+}
+
 std::vector<std::uint32_t> colors_to_vertices(Mesh& mesh) {
     std::vector<std::uint32_t> copied;
     if (mesh.material_colors.empty()) return copied;

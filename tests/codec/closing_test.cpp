@@ -147,6 +147,7 @@ TEST(Closing, OnlyTheLastOfSeveralPartsWithoutLevelsMayClose) {
 TEST(Closing, AttributesAndChoicesOfOnesOwnKeepWavelets) {
     Mesh colored = rough_torus();
     colored.colors.assign(colored.positions.size(), {10, 20, 30, 255});
+    colored.colors[0] = {30, 20, 10, 255};
     EXPECT_EQ(encode(colored, {})->closing_bytes, 0u);
     EncodeOptions levels;
     levels.levels = 2;

@@ -54,6 +54,24 @@ void expect_sharp(Mesh mesh) {
     EXPECT_EQ(std::set<std::uint32_t>(mesh.materials.begin(), mesh.materials.end()).size(), 2u);
 }
 
+TEST(MaterialColors, OneColorOfAllVerticesIsOneOfTheFaces) {
+    Mesh ball = icosphere(3);
+    ball.colors.assign(ball.positions.size(), kBlue);
+    const Encoded encoded = encode(ball, {}).value();
+    EXPECT_TRUE(encoded.attributes.empty());
+    EXPECT_EQ(encoded.material_colors, 1u);
+    Mesh back = decode(encoded.file).value();
+    EXPECT_TRUE(back.colors.empty());
+    EXPECT_TRUE(colors_to_vertices(back).empty());
+    EXPECT_EQ(back.colors, std::vector<Rgba8>(back.positions.size(), kBlue));
+
+    ball.colors[7] = kRed;
+    EXPECT_EQ(encode(ball, {})->attributes.size(), 1u);
+    ball.colors[7] = kBlue;
+    ball.materials.assign(ball.faces.size(), 4);
+    EXPECT_EQ(encode(ball, {})->attributes.size(), 1u) << "faces of materials stay with them";
+}
+
 TEST(MaterialColors, AreSharpOnEveryLevelAndTheSurfaceStaysClosed) {
     const Mesh input = two_halves(rough_torus(61, 33, 0.01));
     const Bytes file = encoded(input);

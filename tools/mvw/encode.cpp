@@ -91,7 +91,9 @@ void print_attributes(const Encoded& e) {
     for (const std::string& name : e.cleaning.dropped_fields) fmt::print("  {} of the input is not kept\n", name);
     if (e.cleaning.textured_vertices > 0)
         fmt::print("  colours of {} vertices from images, which are not kept themselves\n", e.painted_vertices);
-    if (e.material_colors > 0) fmt::print("  colours of {} materials\n", e.material_colors);
+    if (e.material_colors > 0)
+        fmt::print("  {}\n", e.material_colors == 1 ? "the colour of one material"
+                                                    : fmt::format("colours of {} materials", e.material_colors));
     if (e.color_levels > 0) fmt::print("  {} of the levels for colours alone\n", e.color_levels);
     for (const std::string& image : e.cleaning.missing_textures) fmt::print("  not read: {}\n", image);
 }
