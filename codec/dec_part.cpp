@@ -141,7 +141,7 @@ Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const G
     if (front.starts && started) return malformed("a block starts twice");
     if (!front.starts && here > front.top_plane + 1) return Readiness::Waits;
     if (!front.starts && here != front.top_plane + 1) return malformed("a chunk's planes overlap");
-    if (front.needs_parent && reached(id, id.level - 1u) > low + 1) return Readiness::Waits;
+    if (front.needs_parent && reached_whole(id, id.level - 1u) > low + 1) return Readiness::Waits;
     if (!block(id, id.level) && blocks_left_ == 0)
         return Error{Errc::LimitExceeded, 0, "the blocks take more memory than the limit"};
     return Readiness::Ready;
@@ -151,7 +151,8 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
     ByteReader in(payload);
     const GeometryFront front = read_geometry_front(in);
     if (!in.ok() && whole) return malformed("a chunk is too short");
-    if (!in.ok() || (!whole && in.remaining() < front.least_bytes)) return Taken::Dropped;
+    const bool cut = !whole || front.beginning;
+    if (!in.ok() || (cut && in.remaining() < front.least_bytes)) return Taken::Dropped;
     const Result<Readiness> ready = readiness(id, front);
     if (!ready.ok()) return ready.error();
     if (*ready == Readiness::Waits && whole) {
@@ -159,7 +160,9 @@ Result<PartDecoder::Taken> PartDecoder::take_planes(const ChunkId& id, ByteSpan 
         return Taken::Waits;
     }
     if (*ready != Readiness::Ready) return Taken::Dropped;
-    if (const Result<void> r = queue_planes(id, front, in, whole && !front.beginning); !r.ok()) return r.error();
+    const Result<bool> queued = queue_planes(id, front, in, !cut);
+    if (!queued.ok()) return queued.error();
+    if (!*queued) return Taken::Dropped;
     if (whole) error_code_ = std::max(error_code_, front.error_code);
     detail_level_ = std::max<unsigned>(detail_level_, id.level);
     if (id.channel == Channel::Geometry && id.level > 0) flat_ = false;
@@ -184,13 +187,13 @@ Result<unsigned> lowest_plane_there(ByteReader in, unsigned top, unsigned low, b
 
 }  // namespace
 
-/// Takes note of what a ready chunk holds.
-Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
+/// Takes note of what a ready chunk holds; false where it is cut and holds nothing.
+Result<bool> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole) {
     const unsigned low = lowest_plane_of(id);
     const bool fast = base_->params.fast;
     const Result<unsigned> lowest = fast ? low : lowest_plane_there(in, front.top_plane, low, whole);
     if (!lowest.ok()) return lowest.error();
-    if (*lowest > front.top_plane || (fast && !whole)) return {};
+    if (*lowest > front.top_plane || (fast && !whole)) return false;
     const ByteSpan planes = in.bytes(in.remaining());
     if (fast) {
         const std::uint64_t size = block_size(tiling(id.level).tiles[id.tile], id.level) * components_of(id.channel);
@@ -211,7 +214,7 @@ Result<void> PartDecoder::queue_planes(const ChunkId& id, const GeometryFront& f
         ensure_coefficients(id.level);
         mark_changed(id);
     }
-    return {};
+    return true;
 }
 
 std::optional<std::size_t> PartDecoder::kind_of(Channel channel) const {

@@ -65,7 +65,7 @@ class PartDecoder {
     enum class Taken { Used, Waits, Dropped };
     Result<Taken> take_planes(const ChunkId& id, ByteSpan payload, bool whole);
     Result<Readiness> readiness(const ChunkId& id, const GeometryFront& front);
-    Result<void> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
+    Result<bool> queue_planes(const ChunkId& id, const GeometryFront& front, ByteReader& in, bool whole);
     using Tasks = std::vector<std::function<void()>>;
     /// Decodes what has been queued; meanwhile makes ready for a mesh of this level, and does what is asked besides.
     void settle(unsigned level = 0, Tasks besides = {});
@@ -115,6 +115,11 @@ class PartDecoder {
     [[nodiscard]] unsigned reached(const ChunkId& id, unsigned level) {
         const std::unique_ptr<Block>& b = block(id, level);
         return b ? b->plane : kMaxPlanes;
+    }
+    /// The same, but for one that is there in part.
+    [[nodiscard]] unsigned reached_whole(const ChunkId& id, unsigned level) {
+        const std::unique_ptr<Block>& b = block(id, level);
+        return b ? b->plane + (b->cut ? 1u : 0u) : kMaxPlanes;
     }
 
     Workers& workers_;

@@ -13,6 +13,7 @@ namespace mvw {
 
 namespace {
 
+constexpr double kHeadBytes = 13;        // of a chunk, and of its row in the index
 constexpr double kBitsAtLeast = 9;       // a vertex, that a closing part takes
 constexpr double kGoodEnough = 1.78e-4;  // RMS, 75 dB: while its base comes, the picture is at least as good
 constexpr double kDecibel = 1.09;        // of 1.122: the step from wavelets to what follows them, ...
@@ -75,7 +76,7 @@ struct RatedGrid {
 };
 
 /// The coarsest grid that is good enough and some finer ones. At most the last is so fine that the step to it from the
-/// wavelets at their end would be large, none finer than `most` times their error.
+/// wavelets at their end would be large; but for the first, none is finer than `most` times their error.
 std::vector<RatedGrid> grids_to_try(const EncoderInput& input, const SemiRegularMesh& mesh, double wavelets,
                                     double most, unsigned threads) {
     std::vector<RatedGrid> grids;
@@ -90,9 +91,13 @@ std::vector<RatedGrid> grids_to_try(const EncoderInput& input, const SemiRegular
     return grids;
 }
 
+double bytes_of(const PlannedChunk& chunk) {
+    return kHeadBytes + double(chunk.payload.size());
+}
+
 double bytes_of(std::span<const PlannedChunk> chunks) {
     double bytes = 0;
-    for (const PlannedChunk& c : chunks) bytes += double(c.payload.size());
+    for (const PlannedChunk& c : chunks) bytes += bytes_of(c);
     return bytes;
 }
 
@@ -173,16 +178,23 @@ class Switch {
 
     /// Keeps the shortest beginning of the opening that is about as good as the closing part's base, and no better:
     /// what follows would be worse. may_cut: it may end inside a chunk, so that the step to the base is a small one.
-    void set(Closing& closing, bool may_cut) const {
+    /// False where the opening's bases alone are better.
+    [[nodiscard]] bool set(Closing& closing, bool may_cut) const {
         const auto is_base = [](const PlannedChunk& c) { return c.id.channel == Channel::Base; };
-        std::size_t low = static_cast<std::size_t>(std::ranges::count_if(opening_.plan, is_base));  // too few chunks
-        std::size_t high = opening_.plan.size();                                                    // enough
+        std::size_t low = static_cast<std::size_t>(std::ranges::count_if(opening_.plan, is_base));
+        std::size_t high = opening_.plan.size();  // chunks that are enough; of low ones it is not known, then too few
+        const double least = error_of(low);
+        if (is_better(least)) return false;
+        if (is_good(least)) high = low;
         while (high > low + 1) {
             const std::size_t middle = low + (high - low) / 2;
             (is_good(error_of(middle)) ? high : low) = middle;
         }
-        closing.opening_chunks = is_better(error_of(high)) ? low : high;
-        if (may_cut && closing.opening_chunks == low) closing.beginning = beginning_of(low);
+        closing.opening_chunks = high;
+        if (high == low || !is_better(error_of(high))) return true;
+        closing.opening_chunks = low;
+        if (may_cut) closing.beginning = beginning_of(low);
+        return true;
     }
 
  private:
@@ -213,7 +225,7 @@ class Switch {
         GeometryFront front = read_geometry_front(in);
         front.beginning = true;
         const ByteSpan planes = in.bytes(in.remaining());
-        for (std::size_t low = 0, high = planes.size(); high > low + 1;) {
+        for (std::size_t low = front.least_bytes, high = planes.size(); high > low + 1;) {
             const std::size_t middle = low + (high - low) / 2;
             beginning.payload = with_front(front, ByteReader(planes.first(middle)));
             beginning.error = error_of(chunk, &beginning);
@@ -245,7 +257,7 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
     if (!mesh) return std::nullopt;
 
     Worth alone;
-    for (const PlannedChunk& c : opening.plan) alone.add(double(c.payload.size()), c.error);
+    for (const PlannedChunk& c : opening.plan) alone.add(bytes_of(c), c.error);
     std::optional<Closing> best;
     double gain = 0;  // dB in the mean
     const double step = visible ? kStepVisible : kDecibel;
@@ -255,9 +267,8 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
         const auto stays = std::span(opening.plan).first(closing.opening_chunks);
         const double bytes = bytes_of(stays) + bytes_of(closing.chunks), end = std::max(bytes, wavelets);
         Worth closed;
-        for (const PlannedChunk& c : stays) closed.add(double(c.payload.size()), c.error);
-        for (const PlannedChunk& c : closing.chunks)
-            closed.add(double(c.payload.size()), std::min(std::sqrt(c.error), grid.error));
+        for (const PlannedChunk& c : stays) closed.add(bytes_of(c), c.error);
+        for (const PlannedChunk& c : closing.chunks) closed.add(bytes_of(c), std::min(std::sqrt(c.error), grid.error));
         const double gain_here = (closed.up_to(end) - alone.up_to(end)) / std::log(end / alone.first());
         const double most_lost = visible ? kMostLostVisible : kMostLost * wavelets / bytes;
         if (bytes > most || gain_here < -most_lost) continue;
@@ -266,9 +277,9 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
         best = std::move(closing);
     }
     if (!best) return best;
-    Switch(input, opening, best->base_error, options.threads).set(*best, !options.fast);
+    if (!Switch(input, opening, best->base_error, options.threads).set(*best, !options.fast)) return std::nullopt;
     double bytes = bytes_of(std::span(opening.plan).first(best->opening_chunks)) + bytes_of(best->chunks);
-    if (best->beginning) bytes += double(best->beginning->payload.size());
+    if (best->beginning) bytes += bytes_of(*best->beginning);
     return bytes <= most ? std::move(best) : std::nullopt;
 }
 

@@ -1,4 +1,4 @@
-// The input's own triangles as a file's last part, where that closes it in fewer bytes than wavelets do.
+// The input's own triangles as a file's last part, where that closes it better than wavelets do.
 #pragma once
 #include <optional>
 #include <vector>
@@ -34,8 +34,8 @@ struct ClosingOptions {
 
 /// Meshes of few vertices, of sharp edges everywhere or of triangles as large as their features cost less as they are
 /// than as wavelets of the same accuracy. The vertices come on a grid about as coarse as the wavelets' error is by
-/// then, so that the picture stays as good as it was, then in planes, tile by tile. Nothing where the file would become much
-/// longer by it; surfaces that wavelets leave visibly wrong may take up to four times the bytes.
+/// then, so that the picture stays as good as it was, then in planes, tile by tile. Nothing where the file would become
+/// much longer by it; surfaces that wavelets leave visibly wrong may take up to four times the bytes.
 std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options);
 
 }  // namespace mvw

@@ -19,7 +19,7 @@ constexpr std::array kShares{0.08, 0.2, 0.35, 0.5, 0.7, 0.85};  // of a chunk's 
 constexpr double kMargin = 0.05;              // added to such a share: other samples find other spikes
 constexpr unsigned kHalvings = 2;             // of what lies between two of these
 constexpr double kWorse = 1.0025;             // times the RMS error, 0.02 dB: what samples differ by
-constexpr std::size_t kMostWork = 4'000'000;  // vertices measured
+constexpr std::size_t kMostWork = 4'000'000;  // vertices and shares measured
 
 bool starts_details(const PlannedChunk& chunk) {
     if (chunk.id.channel != Channel::Geometry || chunk.id.level == 0) return false;

@@ -15,10 +15,11 @@ namespace {
 
 constexpr std::uint32_t kSamples = 10'000, kVertexStride = 30;
 constexpr double kLeastError = 1e-15;              // mean squared, that is measured
-constexpr unsigned kRounds = 4, kMostRounds = 12;  // the latter where all of them together are no more work
+constexpr unsigned kRounds = 4, kMostRounds = 12;  // the latter while those before were no more work than kMostWork
 constexpr double kWorse = 1.01;        // times the mean squared error, 0.04 dB: what a chunk alone may make worse
 constexpr double kLeastBetter = 0.01;  // dB in the mean, for which the order changes, ...
 constexpr double kWorthAnother = 0.2;  // ... and after which another round is likely to gain something
+constexpr double kMostLost = 0.05;     // dB in the mean, for chunks that are joined
 constexpr double kLeastGain = 0.05;    // of its estimate, that a chunk keeps whatever is measured
 constexpr std::size_t kMostWork = 20'000'000;  // vertices measured in a round
 
@@ -106,6 +107,7 @@ bool join_what_is_worse(const Course& course, std::vector<PlannedChunk>& plan) {
         const auto next = std::find_if(plan.begin() + std::ptrdiff_t(i), plan.end(), is_next);
         if (next == plan.end()) continue;
         *next = join_chunks(chunk, *next);
+        next->gain = std::max(next->gain + course.errors[i - 1] - course.errors[i], kLeastGain * next->gain);
         plan.erase(plan.begin() + std::ptrdiff_t(i));
         any = true;
     }
@@ -126,11 +128,12 @@ void order_by_measure(const EncoderInput& input, ByteSpan file, std::vector<Plan
         std::vector<PlannedChunk> other = plan;
         correct_gains(course, other);
         const bool joins = options.profile != Profile::Fast && join_what_is_worse(course, other);
+        const double least = course.score + (joins ? -kMostLost : kLeastBetter);
         if (!joins && !worth_another) return;
         sort_chunks(other);
         Course now = follow(input, file, other, options.threads);
-        if (!joins && now.score < course.score + kLeastBetter) return;
-        worth_another = now.score >= course.score + kWorthAnother;
+        if (now.score < least) return;
+        worth_another = joins || now.score >= course.score + kWorthAnother;
         plan = std::move(other);
         course = std::move(now);
     }

@@ -93,7 +93,7 @@ Result<Encoded> encode(Mesh mesh, const EncodeOptions& asked_for) {
     mesh = clean(std::move(mesh), out.cleaning);
     mesh.paintwork = paintwork;
     mesh.material_colors = material_colors;
-    if (!paintwork) single_color_to_material(mesh);  // as many tools give every vertex
+    if (!paintwork) single_color_to_material(mesh);
     if (!measurable(mesh)) return Error{Errc::InvalidArgument, 0, "no face of positive area is left to encode"};
     out.input_vertices = mesh.positions.size();
     out.input_faces = mesh.faces.size();

@@ -66,7 +66,8 @@ struct Encoded {
 
 /// Cleans, remeshes, transforms, codes. Fails only where nothing is left to code (no face of positive area, a box
 /// whose size is not finite), memory limits are exceeded, or lossless coding is asked for of other than semi-regular
-/// input. Where the mesh has a paintwork, vertices have its colours where they come to lie.
+/// input. Where the mesh has a paintwork, vertices have its colours where they come to lie. One opaque colour of all
+/// vertices is kept as one of the faces (single_color_to_material).
 Result<Encoded> encode(Mesh mesh, const EncodeOptions& options);
 
 }  // namespace mvw

@@ -23,7 +23,8 @@ bool all_have_colors(std::span<const MaterialColor> colors, std::span<const std:
 void single_color_to_material(Mesh& mesh) {
     const std::vector<Rgba8>& colors = mesh.colors;
     if (colors.empty() || !mesh.materials.empty() || !mesh.material_colors.empty()) return;
-    if (!std::all_of(colors.begin(), colors.end(), [&](const Rgba8& c) { return c == colors[0]; })) return;
+    const auto is_it = [&](const Rgba8& c) { return c.a == 255 && c == colors[0]; };  // alpha of vertices is not shown
+    if (!std::all_of(colors.begin(), colors.end(), is_it)) return;
     mesh.material_colors.push_back({0, colors[0]});
     mesh.colors.clear();
 }

@@ -14,8 +14,8 @@ const Rgba8* color_of(std::span<const MaterialColor> colors, std::uint32_t label
 /// Whether all faces with these labels (one label 0 where there are none) have a colour.
 bool all_have_colors(std::span<const MaterialColor> colors, std::span<const std::uint32_t> labels);
 
-/// A colour that all vertices have becomes that of all faces, as the label 0's. Nothing where colours differ, or where
-/// there are materials.
+/// An opaque colour that all vertices have, as many tools write it, becomes that of all faces, as the label 0's. Nothing
+/// where colours differ, or where there are materials.
 void single_color_to_material(Mesh& mesh);
 
 /// Moves the colours of materials to vertices, those between two colours being there once for each: copies come last.

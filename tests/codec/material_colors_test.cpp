@@ -56,20 +56,24 @@ void expect_sharp(Mesh mesh) {
 
 TEST(MaterialColors, OneColorOfAllVerticesIsOneOfTheFaces) {
     Mesh ball = icosphere(3);
-    ball.colors.assign(ball.positions.size(), kBlue);
+    constexpr Rgba8 kGreen{10, 190, 40, 255};
+    ball.colors.assign(ball.positions.size(), kGreen);
     const Encoded encoded = encode(ball, {}).value();
     EXPECT_TRUE(encoded.attributes.empty());
     EXPECT_EQ(encoded.material_colors, 1u);
     Mesh back = decode(encoded.file).value();
     EXPECT_TRUE(back.colors.empty());
     EXPECT_TRUE(colors_to_vertices(back).empty());
-    EXPECT_EQ(back.colors, std::vector<Rgba8>(back.positions.size(), kBlue));
+    EXPECT_EQ(back.colors, std::vector<Rgba8>(back.positions.size(), kGreen));
 
     ball.colors[7] = kRed;
     EXPECT_EQ(encode(ball, {})->attributes.size(), 1u);
-    ball.colors[7] = kBlue;
+    ball.colors[7] = kGreen;
     ball.materials.assign(ball.faces.size(), 4);
     EXPECT_EQ(encode(ball, {})->attributes.size(), 1u) << "faces of materials stay with them";
+    ball.materials.clear();
+    ball.colors.assign(ball.positions.size(), kBlue);
+    EXPECT_EQ(encode(ball, {})->attributes.size(), 1u) << "a material's alpha would be seen";
 }
 
 TEST(MaterialColors, AreSharpOnEveryLevelAndTheSurfaceStaysClosed) {

@@ -206,8 +206,8 @@ void add_encode(CLI::App& app) {
     command->add_flag("!--no-color-levels", options.color_levels,
                       "No finer levels than the shape needs (default: more where images show more than vertices hold)");
     command->add_flag("!--no-closing", options.close,
-                      "Wavelets to the end (default: a file ends with the input's own triangles where that is shorter "
-                      "or wavelets stay visibly off)");
+                      "Wavelets to the end (default: a file ends with the input's own triangles where that is better "
+                      "for few bytes more, or wavelets stay visibly off)");
     command
         ->add_option("--keep-original", options.keep_original,
                      "Also keep the input mesh (cleaned; without attributes) with so many bits a coordinate; see "
