@@ -32,11 +32,7 @@ constexpr unsigned kFewestBits = 9, kMostBits = 14;             // of the grid: 
 constexpr unsigned kMostTried = 3;                              // grids
 constexpr std::uint32_t kVerticesOfTile = 60, kMostTiles = 16;  // so that one tile more is a small step, too
 constexpr double kSharp = 0.87;                                 // cosine of 30 degrees
-
-/// A tenth of the points that are measured by default, and of the vertices.
-SurfaceErrorOptions measure_with(unsigned threads) {
-    return {100'000, threads, 10};
-}
+constexpr std::uint32_t kSamples = 100'000;
 
 /// In coded units; edges between faces that meet at an angle are creases, so that their ends have no coarse steps.
 std::optional<SemiRegularMesh> part_of(const EncoderInput& input) {
@@ -66,7 +62,7 @@ double error_on_grid(const EncoderInput& input, const SemiRegularMesh& mesh, uns
         rounded.positions.push_back(input.to_model_units(
             {std::round(p.x * scale) / scale, std::round(p.y * scale) / scale, std::round(p.z * scale) / scale}));
     if (!measurable(rounded)) return 1;
-    return input.reference().error_of(rounded, measure_with(threads)).rms;
+    return input.reference().error_of(rounded, sampled(kSamples, threads)).rms;
 }
 
 /// A grid for the vertices, and the RMS error that it leaves.
@@ -213,7 +209,7 @@ class Switch {
         if (last) feed(*last);
         const Result<Mesh> mesh = decoder.mesh();
         if (!mesh.ok() || !measurable(*mesh)) return INFINITY;
-        return input_.reference().error_of(*mesh, measure_with(threads_)).rms;
+        return input_.reference().error_of(*mesh, sampled(kSamples, threads_)).rms;
     }
 
     /// As much of a chunk as makes the first ones good enough; nothing where one byte more or less is too large a step.

@@ -14,7 +14,7 @@ namespace mvw {
 
 namespace {
 
-constexpr std::uint32_t kSamples = 30'000, kVertexStride = 33;  // shares as by default
+constexpr std::uint32_t kSamples = 30'000;
 constexpr std::array kShares{0.08, 0.2, 0.35, 0.5, 0.7, 0.85};  // of a chunk's bytes
 constexpr double kMargin = 0.05;              // added to such a share: other samples find other spikes
 constexpr unsigned kHalvings = 2;             // of what lies between two of these
@@ -38,7 +38,7 @@ void say(std::size_t least_bytes, PlannedChunk& chunk) {
 double error_of(const EncoderInput& input, ByteSpan beginning) {
     const Result<Mesh> mesh = decode(beginning);
     if (!mesh.ok() || !measurable(*mesh)) return INFINITY;
-    return input.reference().error_of(*mesh, {kSamples, 1, kVertexStride}).rms;
+    return input.reference().error_of(*mesh, sampled(kSamples, 1)).rms;
 }
 
 /// The share of a chunk's bytes from which on no beginning is worse than none of the chunk, as far as it was measured:

@@ -49,14 +49,10 @@ void summarize(Cuts& cuts) {
 
 Cuts cut(const Mesh& mesh, ByteSpan file, std::size_t count, std::uint32_t samples) {
     Cuts cuts;
-    SurfaceErrorOptions options;
-    options.vertex_stride =
-        std::max(1u, options.samples / samples);  // points and vertices in the shares of the default
-    options.samples = samples;
     const auto measured = [&](std::size_t bytes) -> std::optional<RatePoint> {
         const Result<Mesh> prefix = decode(file.first(bytes));
         if (!prefix.ok() || !measurable(*prefix)) return std::nullopt;
-        return RatePoint{bytes, surface_error(mesh, *prefix, options).psnr, "prefix"};
+        return RatePoint{bytes, surface_error(mesh, *prefix, sampled(samples, 0)).psnr, "prefix"};
     };
     // The points up to and with `to`; where they climb by much, those half-way, too.
     const std::function<void(const RatePoint&)> climb_to = [&](const RatePoint& to) {

@@ -33,9 +33,7 @@ double share(std::size_t k) {
 
 double psnr_of(const Mesh& mesh, const Mesh& other) {
     if (!measurable(other)) return 0;
-    SurfaceErrorOptions options;
-    options.samples = kSamples;
-    return surface_error(mesh, other, options).psnr;
+    return surface_error(mesh, other, sampled(kSamples, 0)).psnr;
 }
 
 Bytes to_raw(const Mesh& mesh) {
