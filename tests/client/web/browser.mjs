@@ -204,3 +204,22 @@ export function differs(a, b) {
 /** A figure of the statistics, as text. */
 export const figure = (tab, name) => tab.locator(`[data-stat="${name}"] dd`).innerText();
 export const complete = (tab, timeout = 60000) => tab.waitForSelector('#status[data-kind=complete]', { timeout });
+
+/** Does what starts a model anew, and waits until it has: all of it may be there again before anyone looks. */
+export async function beginsAnew(tab, act) {
+  await tab.evaluate(() => {
+    const status = document.querySelector('#status');
+    const options = { attributeFilter: ['data-kind'], attributeOldValue: true };
+    window.anew = new Promise((begun) => {
+      const observer = new MutationObserver((records) => {
+        const kinds = [status.dataset.kind, ...records.map((record) => record.oldValue)];
+        if (kinds.every((kind) => kind === 'complete')) return;
+        observer.disconnect();
+        begun();
+      });
+      observer.observe(status, options);
+    });
+  });
+  await act();
+  await tab.evaluate(() => window.anew);
+}

@@ -1,7 +1,7 @@
 // The page that `mvw serve` offers at /, used as a person would.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
-import { changes, complete, eventually, figure, isAgain, launch, looksLike, makeBacks, makeModels, makePainted, makeToken, openTab, Server, settle, stagePixels } from './browser.mjs';
+import { beginsAnew, changes, complete, eventually, figure, isAgain, launch, looksLike, makeBacks, makeModels, makePainted, makeToken, openTab, Server, settle, stagePixels } from './browser.mjs';
 
 const size = makeModels();
 const server = new Server();
@@ -237,8 +237,7 @@ for (const via of ['http', 'ws'])
         held = parseFloat(await figure(tab, 'Bytes'));
         if (tries === 0 || ((await tab.locator(lost).count()) > 0 && held > 0 && held < size / 1024)) break;
         await server.start();
-        await tab.click('#again');
-        await tab.waitForSelector('#status:not([data-kind=complete])');
+        await beginsAnew(tab, () => tab.click('#again'));
         await eventually(async () => parseFloat(await figure(tab, 'Bytes')) > 0, 'bytes should come');
       }
       assert.match(await tab.innerText('#banner'), /server is away/);
@@ -255,8 +254,7 @@ test('over a WebSocket the same model arrives', async () => {
   await open('ball');
   const triangles = await figure(tab, 'Triangles');
   const error = await figure(tab, 'Error');
-  await tab.click('[data-choice=via] [value=ws]');
-  await tab.waitForSelector('#status:not([data-kind=complete])');
+  await beginsAnew(tab, () => tab.click('[data-choice=via] [value=ws]'));
   await complete(tab);
   assert.equal(await figure(tab, 'Triangles'), triangles);
   assert.equal(await figure(tab, 'Error'), error);
