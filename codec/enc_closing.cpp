@@ -268,7 +268,8 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
         const double gain_here = (closed.up_to(end) - alone.up_to(end)) / std::log(end / alone.first());
         const double most_lost = visible ? kMostLostVisible : kMostLost * wavelets / bytes;
         if (bytes > most || gain_here < -most_lost) continue;
-        if (best && gain_here < gain + kFinerGain) continue;  // finer grids come later in the file
+        // Finer grids come later in the file, which is longer then.
+        if (best && (gain_here < gain + kFinerGain || (!visible && bytes > wavelets))) continue;
         gain = gain_here;
         best = std::move(closing);
     }
