@@ -116,10 +116,10 @@ class PartDecoder {
         const std::unique_ptr<Block>& b = block(id, level);
         return b ? b->plane : kMaxPlanes;
     }
-    /// The same, but for one that is there in part.
+    /// Lowest one that is there whole.
     [[nodiscard]] unsigned reached_whole(const ChunkId& id, unsigned level) {
-        const std::unique_ptr<Block>& b = block(id, level);
-        return b ? b->plane + (b->cut ? 1u : 0u) : kMaxPlanes;
+        const unsigned lowest = reached(id, level);
+        return lowest < kMaxPlanes && block(id, level)->cut ? lowest + 1 : lowest;
     }
 
     Workers& workers_;

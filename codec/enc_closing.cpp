@@ -13,7 +13,7 @@ namespace mvw {
 
 namespace {
 
-constexpr double kHeadBytes = 13;        // of a chunk, and of its row in the index
+constexpr double kHeadAndRow = 13;       // bytes, of a chunk in the file and in its index
 constexpr double kBitsAtLeast = 9;       // a vertex, that a closing part takes
 constexpr double kGoodEnough = 1.78e-4;  // RMS, 75 dB: while its base comes, the picture is at least as good
 constexpr double kDecibel = 1.09;        // of 1.122: the step from wavelets to what follows them, ...
@@ -69,10 +69,11 @@ double error_on_grid(const EncoderInput& input, const SemiRegularMesh& mesh, uns
 struct RatedGrid {
     unsigned bits;
     double error;
+    bool is_large_step;  // from the wavelets at their end
 };
 
-/// The coarsest grid that is good enough and some finer ones. At most the last is so fine that the step to it from the
-/// wavelets at their end would be large; but for the first, none is finer than `most` times their error.
+/// The coarsest grid that is good enough and some finer ones. At most the last is a large step, of no more than `most`
+/// times the error. The first may be any.
 std::vector<RatedGrid> grids_to_try(const EncoderInput& input, const SemiRegularMesh& mesh, double wavelets,
                                     double most, unsigned threads) {
     std::vector<RatedGrid> grids;
@@ -81,14 +82,14 @@ std::vector<RatedGrid> grids_to_try(const EncoderInput& input, const SemiRegular
         const bool is_large_step = !grids.empty() && error * kDecibel < wavelets;
         if (is_large_step && error * most < wavelets) break;
         if (!is_large_step && !grids.empty() && grids.back().error > kGoodEnough) grids.clear();
-        grids.push_back({bits, error});
+        grids.push_back({bits, error, is_large_step});
         if (is_large_step) break;
     }
     return grids;
 }
 
 double bytes_of(const PlannedChunk& chunk) {
-    return kHeadBytes + double(chunk.payload.size());
+    return kHeadAndRow + double(chunk.payload.size());
 }
 
 double bytes_of(std::span<const PlannedChunk> chunks) {
@@ -258,7 +259,7 @@ std::optional<Closing> close(const EncoderInput& input, const Opening& opening, 
     double gain = 0;  // dB in the mean
     const double step = visible ? kStepVisible : kDecibel;
     for (const RatedGrid& grid : grids_to_try(input, *mesh, opening.whole.rms, step, options.threads)) {
-        if (best && grid.error * kDecibel < opening.whole.rms) break;  // a large step only where it must be
+        if (best && grid.is_large_step) break;  // only where it must be
         Closing closing = close_with(input, *mesh, grid, opening, options);
         const auto stays = std::span(opening.plan).first(closing.opening_chunks);
         const double bytes = bytes_of(stays) + bytes_of(closing.chunks), end = std::max(bytes, wavelets);

@@ -18,7 +18,7 @@ ByteSpan payload_of(const Bytes& file, const ChunkEntry& chunk);
 
 /// A bumpy ball of three levels in a few kilobytes; made once.
 const Encoded& small_file();
-/// The same of two levels more, coded so finely that most blocks have several chunks.
+/// The same of two levels more, coded so finely that some blocks have several chunks.
 const Encoded& fine_file();
 
 }  // namespace mvw
