@@ -4,8 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "codec/container/crc32c.h"
-#include "codec/decoder.h"
+#include "codec/enc_errors.h"
 #include "codec/part_params.h"
 #include "codec/tiles.h"
 
@@ -201,16 +200,11 @@ class Switch {
 
     /// RMS error of the first chunks, and of one more.
     [[nodiscard]] double error_of(std::size_t chunks, const PlannedChunk* last = nullptr) const {
-        Decoder decoder;
-        const auto feed = [&](const PlannedChunk& c) {
-            (void)decoder.feed_chunk(c.id, c.payload, crc32c(c.payload)).ok();
-        };
-        (void)decoder.feed_header(opening_.file).ok();
-        for (std::size_t i = 0; i < chunks; ++i) feed(opening_.plan[i]);
-        if (last) feed(*last);
-        const Result<Mesh> mesh = decoder.mesh();
-        if (!mesh.ok() || !measurable(*mesh)) return INFINITY;
-        return input_.reference().error_of(*mesh, sampled(kSamples, threads_)).rms;
+        PlanDecoder decoder(opening_.file);
+        decoder.feed(std::span(opening_.plan).first(chunks));
+        if (last) decoder.feed(*last);
+        const std::optional<SurfaceError> error = decoder.error(input_, sampled(kSamples, threads_));
+        return error ? error->rms : INFINITY;
     }
 
     /// As much of a chunk as makes the first ones good enough; nothing where one byte more or less is too large a step.

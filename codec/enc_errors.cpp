@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "codec/container/crc32c.h"
-#include "codec/decoder.h"
 #include "codec/mesh/semi_regular.h"
 #include "codec/part_params.h"
 
@@ -15,6 +14,24 @@ std::uint64_t vertices_of(const FileHeader& header) {
     for (const PartInfo& p : header.parts)
         vertices += vertices_at_level(p.base_vertices, p.base_edges, p.base_faces, p.levels);
     return vertices;
+}
+
+PlanDecoder::PlanDecoder(ByteSpan file) {
+    (void)decoder_.feed_header(file).ok();
+}
+
+void PlanDecoder::feed(const PlannedChunk& chunk) {
+    (void)decoder_.feed_chunk(chunk.id, chunk.payload, crc32c(chunk.payload)).ok();
+}
+
+void PlanDecoder::feed(std::span<const PlannedChunk> chunks) {
+    for (const PlannedChunk& c : chunks) feed(c);
+}
+
+std::optional<SurfaceError> PlanDecoder::error(const EncoderInput& input, const SurfaceErrorOptions& sampling) const {
+    const Result<Mesh> mesh = decoder_.mesh();
+    if (!mesh.ok() || !measurable(*mesh)) return std::nullopt;
+    return input.reference().error_of(*mesh, sampling);
 }
 
 namespace {
@@ -34,33 +51,31 @@ struct Point {
 std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedChunk>& plan, ByteSpan file,
                            SurfaceError& last, const EncodeOptions& options) {
     std::vector<Point> points;
-    Decoder decoder;
-    (void)decoder.feed_header(file).ok();
-    const double ratio = vertices_of(*decoder.header()) < kManyVertices ? 1.2 : 1.8;  // of bytes; squared, of estimates
+    PlanDecoder decoder(file);
+    const double ratio = vertices_of(decoder.header()) < kManyVertices ? 1.2 : 1.8;  // of bytes; squared, of estimates
     double error = 0, bytes = 0, bytes_then = 0;
     std::size_t bases = 0;
     while (bases < plan.size() && plan[bases].id.channel == Channel::Base) ++bases;
     for (std::size_t i = 0; i < plan.size(); ++i) {
-        (void)decoder.feed_chunk(plan[i].id, plan[i].payload, crc32c(plan[i].payload)).ok();
+        decoder.feed(plan[i]);
         bytes += double(plan[i].payload.size());
         const bool end = i + 1 == plan.size();
-        const auto closes = [&](std::size_t k) { return decoder.header()->parts[plan[k].id.part].supersedes; };
+        const auto closes = [&](std::size_t k) { return decoder.header().parts[plan[k].id.part].supersedes; };
         const bool seam = (!end && closes(i) != closes(i + 1)) || (i > 0 && closes(i) != closes(i - 1));
         // Estimates of a closing part's planes are rougher than those of details: they know of vertices only.
         const bool rough = closes(i) && i % 2 == 0;
         const bool changed = seam || rough || plan.size() < kFewChunks || i + 1 == bases ||
                              plan[i].error < error / (ratio * ratio) || bytes > ratio * bytes_then;
         if (i + 1 < bases || (!end && !changed)) continue;
-        const Result<Mesh> mesh = decoder.mesh();
-        if (!mesh.ok() || !measurable(*mesh)) continue;
-        error = plan[i].error;
-        bytes_then = bytes;
         // The same mixture of samples and vertices, so that the figures agree.
         const SurfaceErrorOptions sampling{end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads,
                                            end ? 1 : kSamplesAtTheEnd / kSamplesOnTheWay};
-        const SurfaceError e = input.reference().error_of(*mesh, sampling);
-        points.push_back({i, std::sqrt(plan[i].error), e.rms});
-        if (end) last = e;
+        const std::optional<SurfaceError> e = decoder.error(input, sampling);
+        if (!e) continue;
+        error = plan[i].error;
+        bytes_then = bytes;
+        points.push_back({i, std::sqrt(plan[i].error), e->rms});
+        if (end) last = *e;
         if (options.progress) options.progress("measure", double(i + 1) / double(plan.size()));
     }
     return points;

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
-#include "codec/container/crc32c.h"
-#include "codec/decoder.h"
 #include "codec/enc_errors.h"
 #include "codec/remesh/parallel.h"
 
@@ -16,7 +15,7 @@ namespace {
 constexpr std::uint32_t kSamples = 10'000, kVertexStride = 30;
 constexpr double kLeastError = 1e-15;              // mean squared, that is measured
 constexpr unsigned kRounds = 4, kMostRounds = 12;  // the latter while those before were no more work than kMostWork
-constexpr double kWorse = 1.01;        // times the mean squared error, 0.04 dB: what a chunk alone may make worse
+constexpr double kWorse = 1.006;       // times the least mean squared error so far, 0.026 dB: what chunks may make worse
 constexpr double kLeastBetter = 0.01;  // dB in the mean, for which the order changes, ...
 constexpr double kWorthAnother = 0.2;  // ... and after which another round is likely to gain something
 constexpr double kMostLost = 0.05;     // dB in the mean, for chunks that are joined
@@ -42,15 +41,12 @@ constexpr double kUnknown = -1;
 void measure(const EncoderInput& input, ByteSpan file, const std::vector<PlannedChunk>& plan, std::size_t begin,
              std::size_t end, unsigned threads, std::vector<double>& errors) {
     if (begin == end) return;
-    Decoder decoder;
-    (void)decoder.feed_header(file).ok();
+    PlanDecoder decoder(file);
     for (std::size_t i = 0; i < end; ++i) {
-        (void)decoder.feed_chunk(plan[i].id, plan[i].payload, crc32c(plan[i].payload)).ok();
+        decoder.feed(plan[i]);
         if (i < begin || !is_measured(plan, i)) continue;
-        const Result<Mesh> mesh = decoder.mesh();
-        if (!mesh.ok() || !measurable(*mesh)) continue;
-        const double rms = input.reference().error_of(*mesh, {kSamples, threads, kVertexStride}).rms;
-        errors[i] = std::max(rms * rms, kLeastError);
+        const std::optional<SurfaceError> error = decoder.error(input, {kSamples, threads, kVertexStride});
+        if (error) errors[i] = std::max(error->rms * error->rms, kLeastError);
     }
 }
 
@@ -92,14 +88,17 @@ void correct_gains(const Course& course, std::vector<PlannedChunk>& plan) {
     plan.front().error = course.errors[static_cast<std::size_t>(last_base - plan.begin()) - 1];
 }
 
-/// Chunks after which the surface is worse than before come together with their blocks' next ones: a fine level's first
+/// Chunks after which the surface is worse than it was come together with their blocks' next ones: a fine level's first
 /// planes may fold what the coarser ones have not yet made smooth. Whether there are such.
 bool join_what_is_worse(const Course& course, std::vector<PlannedChunk>& plan) {
+    std::vector<double> least = course.errors;  // up to each
+    for (std::size_t i = 1; i < least.size(); ++i) least[i] = std::min(least[i], least[i - 1]);
     bool any = false;
     for (std::size_t i = plan.size(); i-- > 1;) {
         const PlannedChunk& chunk = plan[i];
         const ChunkId& id = chunk.id;
-        if (id.channel != Channel::Geometry || course.errors[i] <= kWorse * course.errors[i - 1]) continue;
+        const bool is_worse = course.errors[i] > std::max(course.errors[i - 1], kWorse * least[i - 1]);
+        if (id.channel != Channel::Geometry || !is_worse) continue;
         const auto is_next = [&](const PlannedChunk& c) {
             return c.id.channel == id.channel && c.id.part == id.part && c.id.tile == id.tile &&
                    c.id.level == id.level && c.top_plane + 1 == chunk.lowest_plane;

@@ -8,6 +8,7 @@
 #include "codec/decoder.h"
 #include "codec/enc_adapt.h"
 #include "codec/enc_closing.h"
+#include "codec/enc_end.h"
 #include "codec/enc_errors.h"
 #include "codec/enc_least_bytes.h"
 #include "codec/enc_measured_order.h"
@@ -471,7 +472,9 @@ Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
     if (const Result<void> r = paint(options, out); !r.ok()) return r;
     s.source.adaptations.clear();  // memory
     order_by_measure(s.source.input, s.coded.file, s.coded.plan, options);
-    if (options.profile != Profile::Fast) {  // whose cut chunks show nothing
+    const bool fast = options.profile == Profile::Fast;
+    if (options.lossless == 0) cut_end(s.source.input, s.coded.file, s.coded.plan, fast, options.threads);
+    if (!fast) {  // whose cut chunks show nothing
         const Result<Bytes> ordered = write_file(s.coded.model.header, to_write(s.coded.plan));
         if (!ordered.ok()) return ordered.error();
         say_least_bytes(s.source.input, *ordered, s.coded.plan, options.threads);
