@@ -71,7 +71,7 @@ Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& op
         const unsigned level = std::min(options.level, decoder.finest_level(part));
         out.level = std::max(out.level, level);
         if (!decoder.shows(part, options.level)) continue;
-        out.parts += header.parts[part].supersedes ? static_cast<std::uint32_t>(part) + 1 : 1;
+        out.parts += part >= header.main_parts() ? static_cast<std::uint32_t>(part) + 1 : 1;
         out.solid =
             (out.solid || first_vertex == 0) && bounds_solids(*base, std::span(mesh->positions).subspan(first_vertex));
         if (options.base_edges) add_edge_lines(*base, level, first_vertex, false, out.base_edges);

@@ -242,9 +242,9 @@ bool HttpSession::needs_index() const {
 }
 
 bool HttpSession::is_wanted(const ChunkId& id) const {
-    if (id.channel == Channel::Original || header_->parts[id.part].supersedes)
+    if (id.channel == Channel::Original || is_only_an_end(*header_, id.part))
         return protocol::wants_everything(*header_, request());
-    if (id.channel == Channel::Base) return true;
+    if (id.channel == Channel::Base && !header_->parts[id.part].supersedes) return true;
     if (id.level > wants_.max_level || id.layer > wants_.max_layer) return false;
     if (id.level < header_->parts[id.part].first_tiled_level) return true;
     const auto tile = std::find_if(wants_.tiles.begin(), wants_.tiles.end(),

@@ -84,6 +84,7 @@ std::vector<TilePlace> place_tiles(const Decoder& decoder) {
     std::size_t first_face = 0;
     for (std::size_t part = 0; part < header.parts.size(); ++part) {
         if (!decoder.shows(part, 0)) continue;
+        if (part >= header.main_parts()) return {};  // a preview: tiles are of what follows it
         const BaseMesh* base = decoder.base(part);
         const std::vector<std::uint16_t> tile_of = tile_of_faces(*base, header.parts[part].tiles);
         std::vector<Bounds> bounds(header.parts[part].tiles);

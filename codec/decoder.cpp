@@ -43,10 +43,26 @@ struct Decoder::State {
     Result<bool> read_chunk(ByteSpan rest, std::size_t& used);
     bool take_chunk(const ChunkId& id, ByteSpan payload, bool whole);
     void came(const ChunkId& id);
-    /// Whether the base of a closing part is there.
-    [[nodiscard]] bool is_closed() const {
-        return header && header->parts.back().supersedes && parts.back().has_base();
+    /// The last closing part whose base is there, else the number of parts.
+    [[nodiscard]] std::size_t closed_by() const {
+        if (header)
+            for (std::size_t part = parts.size(); part-- > header->main_parts();)
+                if (header->parts[part].supersedes && parts[part].has_base()) return part;
+        return parts.size();
     }
+    /// Whether a preview's base is there, and the main parts are not nearer to the input yet; those who ask for a level
+    /// get it as soon as these have their bases.
+    [[nodiscard]] bool is_previewed(bool any_level) const {
+        const std::size_t main = header->main_parts();
+        if (main == parts.size() || !header->parts[main].preview || !parts[main].has_base()) return false;
+        std::uint8_t code = 0;
+        for (std::size_t part = 0; part < main; ++part) {
+            if (!parts[part].has_base()) return true;
+            code = std::max(code, parts[part].error_code());
+        }
+        return any_level && code <= parts[main].error_code();
+    }
+    [[nodiscard]] bool is_closed() const { return closed_by() < parts.size(); }
     [[nodiscard]] unsigned finest() const {
         unsigned level = 0;
         for (const PartDecoder& part : parts) level = std::max(level, part.finest_level());
@@ -253,7 +269,10 @@ Result<Mesh> Decoder::mesh(unsigned level) const {
 bool Decoder::shows(std::size_t part, unsigned level) const {
     const State& s = *state_;
     if (part >= s.parts.size() || !s.parts[part].has_base()) return false;
-    return s.header->parts[part].supersedes == (s.is_closed() && level > s.finest());
+    const bool any_level = level > s.finest();
+    const std::size_t closed_by = any_level ? s.closed_by() : s.parts.size();
+    if (closed_by < s.parts.size()) return part == closed_by;
+    return s.is_previewed(any_level) ? part == s.header->main_parts() : part < s.header->main_parts();
 }
 
 const BaseMesh* Decoder::base(std::size_t part) const {

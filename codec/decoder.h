@@ -58,8 +58,9 @@ class Decoder {
     /// mesh is there.
     [[nodiscard]] Result<Mesh> mesh(unsigned level = 255) const;
 
-    /// Whether mesh(level) holds one of the header's parts: those whose bases are there, but where one stands for all
-    /// (PartInfo::supersedes), either that one, for levels above all others', or these.
+    /// Whether mesh(level) holds one of the header's parts: those whose bases are there, but where some stand for all
+    /// (PartInfo::supersedes), either the last of these, for levels above all others', or the others, before which
+    /// there may be a preview (PartInfo::preview).
     [[nodiscard]] bool shows(std::size_t part, unsigned level) const;
     /// Connectivity of level 0 of one of the header's parts; null until its base is there. mesh() holds the parts that
     /// it shows in the header's order, each with V(l) vertices and its faces as in triangles_at_level(base, l), where

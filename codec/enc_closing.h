@@ -1,4 +1,5 @@
-// The input's own triangles as a file's last part, where that closes it better than wavelets do.
+// Plain triangles where they serve better than wavelets: coarse versions of the input in the place of the wavelets, and
+// the input's own triangles, or fewer that come as near, as a file's last part.
 #pragma once
 #include <optional>
 #include <vector>
@@ -11,31 +12,33 @@ namespace mvw {
 
 /// What a file of wavelets comes to.
 struct Opening {
-    ByteSpan file;
+    const FileHeader& header;
     const std::vector<PlannedChunk>& plan;  // in file order, errors as measured (RMS) at some
-    unsigned layers = 1;
-    SurfaceError whole;  // of the whole file
+    SurfaceError whole;                     // of the whole file
 };
 
-/// A last part, and what of the wavelets stays before it.
+/// A file that ends with plain triangles.
 struct Closing {
-    PartInfo info;
-    std::vector<PlannedChunk> chunks;       // of part 0: for the caller to number; errors are estimates of mean squares
-    std::size_t opening_chunks = 0;         // that stay, ...
-    std::optional<PlannedChunk> beginning;  // ... and of the next one so much
-    double base_error = 0;                  // RMS, once the part's base is there
-    unsigned layers = 1;                    // of the file
+    FileHeader header;
+    std::vector<PlannedChunk> plan;  // errors are estimates of mean squares
+    std::vector<CodedPart> plain;    // the finest version, where no wavelets are left
 };
 
 struct ClosingOptions {
-    bool fast = false;  // packed planes
+    bool fast = false;         // packed planes
+    bool may_be_plain = true;  // wavelets may be left out
     unsigned threads = 1;
 };
 
+/// So many parts a closing adds at most.
+inline constexpr std::size_t kMostStages = 6;
+
 /// Meshes of few vertices, of sharp edges everywhere or of triangles as large as their features cost less as they are
-/// than as wavelets of the same accuracy. The vertices come on a grid about as coarse as the wavelets' error is by
-/// then, so that the picture stays as good as it was, then in planes, tile by tile. Nothing where the file would become
-/// much longer by it; surfaces that wavelets leave visibly wrong may take up to four times the bytes.
+/// than as wavelets of the same accuracy. A closing part's vertices come on a grid about as coarse as the error is by
+/// then, so that the picture stays as good as it was, then in planes, tile by tile. Where a few kilobytes of plain
+/// triangles are better than of wavelets, a coarse version is shown before these are (PartInfo::preview), or versions,
+/// each the next one's opening, take their place. Nothing where the file would become much longer by it; surfaces that
+/// wavelets leave visibly wrong may take up to four times the bytes.
 std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options);
 
 }  // namespace mvw

@@ -11,9 +11,10 @@ namespace mvw {
 namespace {
 
 constexpr std::uint32_t kSamples = 100'000;
-constexpr unsigned kSlices = 8;       // of a chunk, that are taken away one by one
-constexpr double kAsNear = 1.001;     // times the least RMS error, 0.01 dB, ...
-constexpr double kAsNearMax = 1.02;   // ... and times the largest distance
+constexpr unsigned kSlices = 8;          // of a chunk, that are taken away one by one
+constexpr double kAsNear = 1.001;        // times the least RMS error, 0.01 dB, ...
+constexpr double kAsNearMax = 1.02;      // ... and times the largest distance
+constexpr unsigned kMostChunks = 8;      // that go: each takes decodings of all of the file
 constexpr std::size_t kLeastBytes = 64;  // of a chunk: ends of shorter ones are not worth a look
 
 /// Of a plan's geometry; no other of its block follows this one.
@@ -70,12 +71,14 @@ class End {
 void cut_end(const EncoderInput& input, ByteSpan file, std::vector<PlannedChunk>& plan, bool whole_chunks,
              unsigned threads) {
     End end(input, file, plan, threads);
-    while (const std::optional<std::size_t> last = last_geometry(plan)) {
+    for (unsigned chunks = 0; chunks < kMostChunks; ++chunks) {
+        const std::optional<std::size_t> last = last_geometry(plan);
+        if (!last) return;
         const PlannedChunk whole = plan[*last];
         const bool cuts = !whole_chunks && whole.payload.size() >= kLeastBytes;
         for (unsigned slices = 1; cuts && slices < kSlices; ++slices) {
             PlannedChunk shorter = without_end(whole, slices);
-            if (!end.is_as_near(*last, &shorter)) return;
+            if (!end.is_as_near(*last, &shorter)) break;
             plan[*last] = std::move(shorter);
         }
         if (!end.is_as_near(*last, nullptr)) return;

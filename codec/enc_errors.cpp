@@ -55,13 +55,16 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
     const double ratio = vertices_of(decoder.header()) < kManyVertices ? 1.2 : 1.8;  // of bytes; squared, of estimates
     double error = 0, bytes = 0, bytes_then = 0;
     std::size_t bases = 0;
-    while (bases < plan.size() && plan[bases].id.channel == Channel::Base) ++bases;
+    const auto closes = [&](std::size_t k) { return decoder.header().parts[plan[k].id.part].supersedes; };
+    while (bases < plan.size() && plan[bases].id.channel == Channel::Base && !closes(bases)) ++bases;
     for (std::size_t i = 0; i < plan.size(); ++i) {
         decoder.feed(plan[i]);
         bytes += double(plan[i].payload.size());
         const bool end = i + 1 == plan.size();
-        const auto closes = [&](std::size_t k) { return decoder.header().parts[plan[k].id.part].supersedes; };
-        const bool seam = (!end && closes(i) != closes(i + 1)) || (i > 0 && closes(i) != closes(i - 1));
+        const auto is_seam = [&](std::size_t a, std::size_t b) {
+            return plan[a].id.part != plan[b].id.part && (closes(a) || closes(b));
+        };
+        const bool seam = (!end && is_seam(i, i + 1)) || (i > 0 && is_seam(i, i - 1));
         // Estimates of a closing part's planes are rougher than those of details: they know of vertices only.
         const bool rough = closes(i) && i % 2 == 0;
         const bool changed = seam || rough || plan.size() < kFewChunks || i + 1 == bases ||

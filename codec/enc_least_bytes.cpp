@@ -24,7 +24,8 @@ constexpr std::size_t kMostWork = 4'000'000;  // vertices and shares measured
 bool starts_details(const PlannedChunk& chunk) {
     if (chunk.id.channel != Channel::Geometry || chunk.id.level == 0) return false;
     ByteReader in(chunk.payload);
-    return read_geometry_front(in).starts;
+    const GeometryFront front = read_geometry_front(in);
+    return front.starts && !front.beginning;
 }
 
 void say(std::size_t least_bytes, PlannedChunk& chunk) {

@@ -244,6 +244,13 @@ PlannedChunk join_chunks(const PlannedChunk& first, const PlannedChunk& second) 
     return out;
 }
 
+std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan) {
+    std::vector<ChunkToWrite> out;
+    out.reserve(plan.size());
+    for (const PlannedChunk& c : plan) out.push_back({c.id, c.payload, static_cast<float>(c.error)});
+    return out;
+}
+
 void sort_chunks(std::vector<PlannedChunk>& plan) {
     if (plan.empty()) return;
     double error = plan.front().error;  // of the bases alone

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "codec/container/chunk.h"
+#include "codec/container/enc_file.h"
 #include "codec/enc_part.h"
 
 namespace mvw {
@@ -35,6 +36,8 @@ std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, cons
 
 /// A block's chunk and its next one as one. Not of packed planes.
 PlannedChunk join_chunks(const PlannedChunk& first, const PlannedChunk& second);
+
+std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan);
 
 /// Brings a plan's chunks in the order of their gains a byte, each behind what it builds on, and says their errors
 /// anew. Bases stay in front.

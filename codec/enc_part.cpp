@@ -20,8 +20,8 @@ double across_of(unsigned levels_above) {
     return kAcross[std::min<std::size_t>(levels_above, kAcross.size() - 1)];
 }
 
-/// Likewise of the input's own triangles, of which some are small: they must not fold.
-constexpr double kOwnAcross = 3;
+/// Likewise of plain triangles, of which some are small or have sharp edges: they must not fold.
+constexpr double kPlainAcross = 2.2;
 
 /// Steps whose errors weigh the same on every level; plane 0 leaves about `error`.
 void choose_steps(PartParams& params, const TransformOptions& transform, unsigned levels,
@@ -31,7 +31,7 @@ void choose_steps(PartParams& params, const TransformOptions& transform, unsigne
     const double move = precision.error * 1.3;  // of vertices by one step; measured with dead zone and tangents
     for (unsigned l = 0; l <= levels; ++l) {
         const unsigned level = std::min(l, detailed);
-        const double across = precision.supersedes     ? kOwnAcross
+        const double across = precision.supersedes     ? kPlainAcross
                               : transform.local_frames ? across_of(detailed - level)
                                                        : 1;
         const double step = move / gains[level].normal;
@@ -222,7 +222,7 @@ CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transfo
     part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
     part.base = code_base(mesh.base, grid.empty() ? grid_of(coarse_of(mesh, transform, threads), precision) : grid,
-                          precision.base_bits, mesh.levels == 0 && !precision.supersedes);
+                          precision.base_bits, precision.alone);
     part.mesh = renumber(mesh, part.base);
     if (mesh.levels > 0 || precision.supersedes) {
         const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);

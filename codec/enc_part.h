@@ -14,14 +14,15 @@ namespace mvw {
 struct PartPrecision {
     unsigned base_bits = 9;
     unsigned tiles = 1;
-    unsigned first_tiled_level = 0;  // where tiles > 1
-    unsigned bare_levels = 0;        // the finest so many have no details of the shape, attributes alone
-    bool supersedes = false;         // the input's own triangles (PartInfo)
-    bool fast = false;               // planes packed instead of range-coded
-    unsigned lossless = 0;           // bits of the grid on which positions are kept exactly; 0: not so
-    double error = 1e-4;             // wanted RMS surface error of the rounding alone, fraction of the diagonal
+    unsigned first_tiled_level = 0;     // where tiles > 1
+    unsigned bare_levels = 0;           // the finest so many have no details of the shape, attributes alone
+    bool supersedes = false;            // plain triangles with planes (PartInfo)
+    bool alone = false;                 // Draco codes the base, as what the input has may be rough
+    bool fast = false;                  // planes packed instead of range-coded
+    unsigned lossless = 0;              // bits of the grid on which positions are kept exactly; 0: not so
+    double error = 1e-4;                // wanted RMS surface error of the rounding alone, fraction of the diagonal
     std::vector<MaterialColor> colors;  // of materials, also of those that the part has not
-    double field_error = 2e-3;       // likewise of scalar fields, fraction of a field's range
+    double field_error = 2e-3;          // likewise of scalar fields, fraction of a field's range
 };
 
 /// The planes of one block.

@@ -73,6 +73,7 @@ PartPrecision precision_of(const SemiRegularMesh& part, PartOrigin origin, const
     // What remeshing leaves of the wanted error, else a share of what it left.
     const double t = options.target_error, r = remesh_error;
     precision.error = std::max(t > r * 1.1 ? 0.9 * std::sqrt(t * t - r * r) : r * kRoundingShare, kFinestRounding);
+    precision.alone = part.levels == 0;
     if (origin == PartOrigin::Alone || origin == PartOrigin::Facets) {
         // A step s of the grid leaves s / sqrt(12) along the normal. Finer than 14 bits only where it was asked for.
         if (t <= 0) precision.error = std::max(precision.error, kFinestAlone);
@@ -90,13 +91,6 @@ PartInfo info_of(const SemiRegularMesh& mesh, const PartPrecision& precision) {
             mesh.base.face_count(),
             static_cast<std::uint16_t>(precision.tiles),
             static_cast<std::uint8_t>(precision.tiles > 1 ? precision.first_tiled_level : 0)};
-}
-
-std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan) {
-    std::vector<ChunkToWrite> out;
-    out.reserve(plan.size());
-    for (const PlannedChunk& c : plan) out.push_back({c.id, c.payload, static_cast<float>(c.error)});
-    return out;
 }
 
 /// Everything about the parts that the chunks' order needs.
@@ -328,29 +322,11 @@ std::optional<Closing> close_where_it_pays(const Source& source, const Coded& co
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
     const bool plain = std::ranges::all_of(coded.model.parts, [](const CodedPart& p) { return p.attributes.empty(); });
     const bool remeshed = std::ranges::find(source.origins, PartOrigin::Remeshed) != source.origins.end();
-    const bool fits = coded.model.parts.size() < Limits{}.max_parts;
+    const bool fits = coded.model.parts.size() + kMostStages <= Limits{}.max_parts;
     if (!options.close || chosen || !plain || !remeshed || !fits || options.lossless > 0) return std::nullopt;
-    return close(source.input, {coded.file, coded.plan, coded.model.order.layers, whole},
-                 {options.profile == Profile::Fast, options.threads});
-}
-
-/// Puts a closing part behind the chunks of the others that stay.
-void append(Closing closing, Coded& coded) {
-    coded.plan.resize(closing.opening_chunks);
-    if (closing.beginning) coded.plan.push_back(std::move(*closing.beginning));
-    const unsigned more_layers = closing.layers - coded.model.order.layers;
-    for (PlannedChunk& c : coded.plan) {
-        const bool has_layer = c.id.channel != Channel::Base && c.id.channel != Channel::Attributes;
-        if (has_layer) c.id.layer = static_cast<std::uint8_t>(c.id.layer + more_layers);
-        c.error *= c.error;  // an estimate again, to be measured
-    }
-    for (PlannedChunk& c : closing.chunks) {
-        c.id.part = static_cast<std::uint16_t>(coded.model.header.parts.size());
-        coded.plan.push_back(std::move(c));
-    }
-    coded.model.order.layers = closing.layers;
-    coded.model.header.layers = static_cast<std::uint8_t>(closing.layers);
-    coded.model.header.parts.push_back(closing.info);
+    return close(
+        source.input, {coded.model.header, coded.plan, whole},
+        {options.profile == Profile::Fast, options.choose_transform && options.tile_count == 0, options.threads});
 }
 
 }  // namespace
@@ -480,8 +456,12 @@ Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
         say_least_bytes(s.source.input, *ordered, s.coded.plan, options.threads);
     }
     SurfaceError error = measure_errors(s.source.input, s.coded.file, s.coded.plan, options);
+    bool is_plain = false;
     if (std::optional<Closing> closing = close_where_it_pays(s.source, s.coded, error, options)) {
-        append(std::move(*closing), s.coded);
+        s.coded.model.header = std::move(closing->header);
+        s.coded.plan = std::move(closing->plan);
+        is_plain = !closing->plain.empty();
+        if (is_plain) s.coded.model.parts = std::move(closing->plain);
         Result<Bytes> closed = write_file(s.coded.model.header, to_write(s.coded.plan));
         if (!closed.ok()) return closed.error();
         s.coded.file = std::move(*closed);
@@ -493,8 +473,10 @@ Result<void> Draft::finish(const EncodeOptions& options, Encoded& out) {
     Result<Bytes> file = write_file(s.coded.model.header, to_write(s.coded.plan));
     if (!file.ok()) return file.error();
     out.file = std::move(*file);
-    out.draco_area_share = s.source.alone_area_share;
-    out.facets_area_share = s.source.facets_area_share;
+    if (!is_plain) {
+        out.draco_area_share = s.source.alone_area_share;
+        out.facets_area_share = s.source.facets_area_share;
+    }
     out.rms = error.rms;
     out.max = error.max;
     out.psnr = error.psnr;

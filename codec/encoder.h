@@ -27,7 +27,7 @@ struct EncodeOptions {
     double target_error = 0;       // RMS, fraction of the diagonal; 0: chosen from the model
     unsigned tile_count = 0;       // 0: chosen from the model
     bool color_levels = true;      // levels of no detail where images need more vertices; none where levels >= 0
-    bool close = true;             // with the input's own triangles where that pays (enc_closing.h)
+    bool close = true;             // with plain triangles, or of these alone, where that pays (enc_closing.h)
     unsigned keep_original = 0;    // bits of the input mesh's positions in the last chunk, 1 to 30; 0: no such chunk
     /// Bits of a grid (a cell is the diagonal over 2^bits) on which every vertex is kept exactly, 1 to 24; 0: lossy.
     /// By `butterfly-lazy` on integers; InvalidArgument where the input is not semi-regular.
@@ -51,11 +51,11 @@ struct Encoded {
     CleanReport cleaning;
     std::uint64_t input_vertices = 0, input_faces = 0;  // after cleaning
     std::uint32_t parts = 0, base_faces = 0, levels = 0;
-    std::uint32_t color_levels = 0;     // of them, that are there for colours alone
+    std::uint32_t color_levels = 0;      // of them, that are there for colours alone
     std::uint64_t painted_vertices = 0;  // whose colours are those of images
-    std::uint32_t material_colors = 0;  // materials with a colour of their own
+    std::uint32_t material_colors = 0;   // materials with a colour of their own
     std::uint64_t vertices = 0, base_bytes = 0, color_bytes = 0, original_bytes = 0;
-    std::uint64_t closing_bytes = 0;  // of the input's own triangles at the end; 0: none
+    std::uint64_t closing_bytes = 0;  // of plain triangles behind the first part; 0: none
     std::vector<AttributeBytes> attributes;
     std::vector<std::string> left_out;  // names of fields that the file has no room for: it holds eight
     double draco_area_share = 0, facets_area_share = 0;  // of the surface, in parts of these origins (remesh.h)

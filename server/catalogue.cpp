@@ -11,8 +11,9 @@ ModelSummary summarise(const std::string& name, const ModelSource& model) {
     const FileHeader& header = model.toc().header;
     ModelSummary s{.name = name, .version = to_hex(header.content_id), .bytes = model.file_bytes()};
     s.levels = finest_level(header);
-    for (const PartInfo& part : header.parts) {
-        if (part.supersedes) continue;  // what the others show, again
+    const auto [begin, end] = finest_parts(header);
+    for (std::size_t p = begin; p < end; ++p) {
+        const PartInfo& part = header.parts[p];
         ++s.parts;
         s.base_faces += part.base_faces;
         s.faces += std::uint64_t{part.base_faces} << 2 * part.levels;  // levels <= 15: no overflow

@@ -6,6 +6,8 @@ namespace mvw::detail {
 
 /// Beside the levels of a part that stands for all others (PartInfo::supersedes).
 inline constexpr unsigned kSupersedes = 128;
+/// Likewise of one that is shown before the others are (PartInfo::preview).
+inline constexpr unsigned kPreview = 64;
 
 /// Reads id and length as write_chunk_head() wrote them; errors as read_chunk_head()'s.
 Result<void> read_head_fields(ByteReader& in, const ChunkId& previous, const Limits& limits, ChunkId& id,

@@ -31,7 +31,8 @@ Result<PartInfo> read_part(ByteReader& in, const Limits& limits) {
     PartInfo part;
     const unsigned first = in.u8();
     part.supersedes = (first & detail::kSupersedes) != 0;
-    part.levels = static_cast<std::uint8_t>(first & ~detail::kSupersedes);
+    part.preview = (first & detail::kPreview) != 0;
+    part.levels = static_cast<std::uint8_t>(first & ~(detail::kSupersedes | detail::kPreview));
     const std::uint64_t faces = in.varint(), boundary = in.varint();
     const std::int64_t euler = unzigzag(in.varint());
     const std::uint64_t tiles = in.varint();
@@ -69,8 +70,12 @@ Result<void> read_parts(ByteReader& in, const Limits& limits, FileHeader& header
     for (std::uint64_t i = 0; i < count; ++i) {
         Result<PartInfo> part = read_part(in, limits);
         if (!part.ok()) return part.error();
-        if (part->supersedes && (i == 0 || i + 1 < count || part->levels > 0))
-            return malformed(at, "a closing part has levels or is not the last");
+        const bool of_all = part->supersedes || part->preview;
+        if (of_all && (i == 0 || part->levels > 0))
+            return malformed(at, "a preview or a closing part has levels or is the first");
+        if (!part->supersedes && i > 0 && (header.parts.back().supersedes || header.parts.back().preview))
+            return malformed(at, "a part follows the preview or a closing one");
+        if (part->supersedes && part->preview) return malformed(at, "a preview is a closing part");
         faces += part->base_faces;
         header.parts.push_back(*part);
     }
@@ -179,6 +184,29 @@ Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id) {
     return {};
 }
 
+bool is_only_an_end(const FileHeader& header, std::uint16_t part) {
+    return header.parts[part].supersedes && finest_level(header) > 0;
+}
+
+std::pair<std::size_t, std::size_t> finest_parts(const FileHeader& header) {
+    const std::size_t count = header.parts.size();
+    if (header.parts.back().supersedes && finest_level(header) == 0) return {count - 1, count};
+    return {0, header.main_parts()};
+}
+
+std::size_t chunks_until_shown(const Toc& toc) {
+    const std::size_t main = toc.header.main_parts();
+    std::size_t bases = 0;
+    for (std::size_t i = 0; i < toc.chunks.size(); ++i) {
+        const ChunkId& id = toc.chunks[i].id;
+        if (id.channel != Channel::Base) continue;
+        const bool is_preview = id.part >= main && toc.header.parts[id.part].preview;
+        bases += id.part < main;
+        if (is_preview || bases == main) return i + 1;
+    }
+    return toc.chunks.size();
+}
+
 unsigned finest_level(const FileHeader& header) {
     unsigned level = 0;
     for (const PartInfo& part : header.parts) level = std::max<unsigned>(level, part.levels);
@@ -186,7 +214,7 @@ unsigned finest_level(const FileHeader& header) {
 }
 
 bool in_layers(const FileHeader& header, const ChunkId& id, unsigned layer) {
-    if (header.parts[id.part].supersedes) return layer + 1 >= header.layers;
+    if (is_only_an_end(header, id.part)) return layer + 1 >= header.layers;
     return id.layer <= layer || id.channel == Channel::Base;
 }
 

@@ -2,13 +2,14 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "codec/container/chunk.h"
 
 namespace mvw {
 
-inline constexpr std::uint16_t kFormatVersion = 7;
+inline constexpr std::uint16_t kFormatVersion = 8;
 inline constexpr std::uint32_t kKnownFeatures = 0;  // required-feature bits that this build knows
 
 /// One part of the model: wavelet parts carry levels >= 1; a part of level 0 alone is a mesh coded as it is.
@@ -17,9 +18,12 @@ struct PartInfo {
     std::uint32_t base_vertices = 0, base_edges = 0, base_faces = 0;
     std::uint16_t tiles = 1;
     std::uint8_t first_tiled_level = 0;  // levels below have one tile, numbered 0; 0 where tiles is 1
-    /// The last part of several may be the input's own triangles, of level 0: once its base has come, it stands for all
-    /// of the model.
+    /// The last parts of several may be all of the model as plain triangles, of level 0, each finer than those before:
+    /// once its base has come, it stands for all other parts.
     bool supersedes = false;
+    /// The part before those, of several, may be all of the model as few plain triangles: it is shown until the others'
+    /// bases are there and they state a smaller error than it does.
+    bool preview = false;
     friend bool operator==(const PartInfo&, const PartInfo&) = default;
 };
 
@@ -39,6 +43,12 @@ struct FileHeader {
     Bytes metadata;  // decoder parameters beyond the above, opaque to the server
 
     [[nodiscard]] std::uint64_t file_bytes() const { return index_offset + index_bytes; }
+    /// The first so many make up the model together; those behind stand for all of it.
+    [[nodiscard]] std::size_t main_parts() const {
+        std::size_t count = parts.size();
+        while (count > 0 && (parts[count - 1].supersedes || parts[count - 1].preview)) --count;
+        return count;
+    }
 };
 
 /// Header and chunks in file order.
@@ -55,6 +65,17 @@ Result<FileHeader> read_header(ByteSpan prefix, const Limits& limits = {});
 /// not overlap, ids are unique and in range, a part's Base comes before its other chunks and lower layers before
 /// higher ones.
 Result<Toc> read_toc(const FileHeader& header, ByteSpan index, std::uint64_t file_bytes, const Limits& limits = {});
+
+/// Whether a part only ends the model of others, which have levels: views of less than everything do without it.
+bool is_only_an_end(const FileHeader& header, std::uint16_t part);
+
+/// The first and one behind the last of the parts that make up the model at its finest level: the main parts, or the
+/// last closing one where those have no levels.
+std::pair<std::size_t, std::size_t> finest_parts(const FileHeader& header);
+
+/// How many of a file's chunks it takes until something of all of the model is shown: the preview's base, or the bases
+/// of all main parts.
+std::size_t chunks_until_shown(const Toc& toc);
 
 /// Malformed where an id names a part, tile, level or layer that the header does not have.
 Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id);

@@ -3,14 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "client/drawable.h"
 #include "codec/container/crc32c.h"
 #include "codec/container/enc_file.h"
 #include "codec/decoder.h"
+#include "codec/enc_stage.h"
 #include "codec/encoder.h"
 #include "codec/measure/surface_error.h"
+#include "codec/part_params.h"
 #include "tests/support/encoded_models.h"
 #include "tests/support/shapes.h"
 
@@ -139,9 +142,138 @@ TEST(Closing, OnlyTheLastOfSeveralPartsWithoutLevelsMayClose) {
         return back.ok() ? std::string() : back.error().message;
     };
     const PartInfo plain{2, 4, 6, 4}, closing{0, 4, 6, 4, 1, 0, true}, deep{2, 4, 6, 4, 1, 0, true};
+    const PartInfo preview{0, 4, 6, 4, 1, 0, false, true}, both{0, 4, 6, 4, 1, 0, true, true};
     EXPECT_EQ(error_of({plain, closing}), "");
-    for (const auto& parts : {std::vector{closing}, {closing, plain}, {plain, deep}, {plain, closing, closing}})
-        EXPECT_EQ(error_of(parts), "a closing part has levels or is not the last");
+    EXPECT_EQ(error_of({plain, closing, closing}), "");
+    EXPECT_EQ(error_of({plain, preview}), "");
+    EXPECT_EQ(error_of({plain, plain, preview, closing}), "");
+    for (const auto& parts : {std::vector{closing}, {closing, plain}, {plain, deep}, {preview}})
+        EXPECT_EQ(error_of(parts), "a preview or a closing part has levels or is the first");
+    for (const auto& parts : {std::vector{plain, closing, plain}, {plain, closing, preview}, {plain, preview, preview}})
+        EXPECT_EQ(error_of(parts), "a part follows the preview or a closing one");
+    EXPECT_EQ(error_of({plain, both}), "a preview is a closing part");
+}
+
+/// The torus' wavelets behind a coarse version of it.
+Bytes previewed(const Encoded& wavelets, PartInfo& preview) {
+    const Mesh torus = rough_torus();
+    const std::unique_ptr<EncoderInput> input = EncoderInput::make(torus, 1).value();
+    const std::vector<Lod> versions = versions_of(*input, own_version(*input).value(), {{0.002, 1}}, 1);
+    Stage stage = code_stage(*input, versions[0], {9, 0, false, 1});
+    PlannedChunk& base = stage.chunks.front();
+    const Toc toc = toc_of(wavelets.file);
+    FileHeader header = toc.header;
+    base.id.part = static_cast<std::uint16_t>(header.parts.size());
+    base.payload[1] = std::byte{error_to_code(base.error)};
+    preview = stage.info;
+    preview.preview = true;
+    header.parts.push_back(preview);
+    std::vector<ChunkToWrite> chunks{{base.id, base.payload, static_cast<float>(base.error)}};
+    for (const ChunkEntry& c : toc.chunks)
+        chunks.push_back({c.id, ByteSpan(wavelets.file).subspan(c.offset, c.length), c.error});
+    return write_file(header, chunks).value();
+}
+
+TEST(Preview, IsShownUntilTheWaveletsAreBetter) {
+    const Encoded wavelets = encode_with(false);
+    PartInfo preview;
+    const Bytes file = previewed(wavelets, preview);
+    const Toc toc = toc_of(file);
+    EXPECT_EQ(chunks_until_shown(toc), 1u);
+    const Mesh input = rough_torus();
+    std::size_t previews = 0;
+    double last = 0;
+    for (const ChunkEntry& c : toc.chunks) {
+        const ByteSpan beginning = ByteSpan(file).first(c.offset + c.length);
+        Decoder decoder;
+        ASSERT_TRUE(decoder.feed(beginning).ok());
+        EXPECT_NE(decoder.shows(0, 255), decoder.shows(1, 255));
+        previews += decoder.shows(1, 255);
+        if (decoder.shows(1, 255)) {
+            EXPECT_EQ(decoder.mesh()->faces.size(), preview.base_faces);
+        }
+        const double psnr = surface_error(input, decoder.mesh().value(), {100'000}).psnr;
+        EXPECT_GT(psnr, last - 0.3) << "chunk that ends at " << c.offset + c.length;
+        last = psnr;
+        // Who asks for a level gets it as soon as it is there.
+        if (decoder.base(0) != nullptr) {
+            EXPECT_TRUE(decoder.shows(0, 1) && !decoder.shows(1, 1));
+        }
+    }
+    EXPECT_GT(previews, 2u);
+    EXPECT_LT(previews, toc.chunks.size() / 2);
+    EXPECT_EQ(decode(file)->positions.size(), decode(wavelets.file)->positions.size());
+}
+
+TEST(Preview, IsNothingToWaitFor) {
+    const Encoded wavelets = encode_with(false);
+    PartInfo preview;
+    const Bytes file = previewed(wavelets, preview);
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed_file(file, [](const ChunkEntry& c) { return c.id.part == 0; }));
+    EXPECT_EQ(decoder.mesh()->positions.size(), decode(wavelets.file)->positions.size());
+}
+
+/// Of flat parts and sharp edges alone: one that plain triangles serve from the beginning.
+class PlainFile : public ::testing::Test {
+ protected:
+    static const Mesh& plate() {
+        static const Mesh mesh = chequered_plate(16);
+        return mesh;
+    }
+    static const Encoded& file(bool close) {
+        static const std::array files{encode_plate(false), encode_plate(true)};
+        return files[close ? 1 : 0];
+    }
+    static double psnr_at(const Encoded& encoded, std::size_t bytes) {
+        const Result<Mesh> mesh = decode(ByteSpan(encoded.file).first(bytes));
+        return mesh.ok() ? surface_error(plate(), *mesh, {200'000}).psnr : 0;
+    }
+
+ private:
+    static Encoded encode_plate(bool close) {
+        EncodeOptions options;
+        options.close = close;
+        return encode(plate(), options).value();
+    }
+};
+
+TEST_F(PlainFile, IsBetterFromTheBeginning) {
+    const Toc toc = toc_of(file(true).file);
+    const FileHeader& header = toc.header;
+    ASSERT_EQ(finest_level(header), 0u);
+    EXPECT_EQ(header.main_parts(), 1u);
+    EXPECT_GE(header.parts.size(), 2u);
+    EXPECT_GT(finest_level(toc_of(file(false).file).header), 0u);
+    const std::size_t first = toc.chunks[0].offset + toc.chunks[0].length;
+    for (const std::size_t bytes : {first, std::size_t{3072}, std::size_t{4096}})
+        EXPECT_GT(psnr_at(file(true), bytes), psnr_at(file(false), bytes) + 1) << bytes;
+    EXPECT_EQ(file(true).levels, 0u);
+    EXPECT_GT(file(true).psnr, 90);
+}
+
+TEST_F(PlainFile, NeverGetsWorse) {
+    const Toc toc = toc_of(file(true).file);
+    double last = 0;
+    for (const ChunkEntry& c : toc.chunks) {
+        const double psnr = psnr_at(file(true), c.offset + c.length);
+        EXPECT_GT(psnr, last - 0.1) << "chunk that ends at " << c.offset + c.length;
+        EXPECT_NEAR(psnr, -20 * std::log10(c.error), 1.0);
+        last = std::max(last, psnr);
+    }
+}
+
+TEST_F(PlainFile, ShowsTheLastVersionThatIsThere) {
+    const Toc toc = toc_of(file(true).file);
+    const std::size_t parts = toc.header.parts.size();
+    for (std::size_t lost = 1; lost < parts; ++lost) {
+        Decoder decoder;
+        ASSERT_TRUE(decoder.feed_file(
+            file(true).file, [&](const ChunkEntry& c) { return c.id.channel != Channel::Base || c.id.part < lost; }));
+        for (std::size_t part = 0; part < parts; ++part) EXPECT_EQ(decoder.shows(part, 255), part + 1 == lost);
+        EXPECT_EQ(decoder.mesh()->faces.size(), toc.header.parts[lost - 1].base_faces);
+        EXPECT_TRUE(decoder.shows(0, 0));
+    }
 }
 
 TEST(Closing, AttributesAndChoicesOfOnesOwnKeepWavelets) {

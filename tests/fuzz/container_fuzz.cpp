@@ -20,7 +20,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     mvw::FileHeader any;
     any.layers = 31;
-    any.parts = {{5, 4, 6, 4, 2}, {0, 3, 3, 1, 1}};
+    any.parts = {{5, 4, 6, 4, 2},
+                 {0, 3, 3, 1, 1},
+                 {0, 4, 6, 4, 1, 0, false, true},
+                 {0, 4, 6, 4, 1, 0, true},
+                 {0, 4, 6, 4, 2, 0, true}};
     any.header_bytes = 50;
     any.index_bytes = static_cast<std::uint32_t>(size);
     for (const std::uint64_t body : {std::uint64_t{100}, std::uint64_t{1000}}) {

@@ -51,7 +51,8 @@ mvw::Bytes octahedron_header() {
     (void)mvw::set_box(header, {0, 0, 0}, 1).ok();
     header.transform = 9;
     header.layers = 20;
-    header.parts = {{4, 6, 12, 8, 2}};
+    header.parts = {
+        {4, 6, 12, 8, 2}, {0, 6, 12, 8, 1, 0, false, true}, {0, 6, 12, 8, 1, 0, true}, {0, 6, 12, 8, 2, 0, true}};
     return mvw::write_file(header, {}).value();
 }
 
@@ -63,9 +64,10 @@ void feed_chunks(mvw::ByteSpan bytes) {
     while (in.remaining() > 0) {
         const unsigned where = in.u8(), layer = in.u8() % 20, channel = in.u8() % 16, length = in.u8();
         const auto level = static_cast<std::uint8_t>(where % 5);
-        mvw::ChunkId id{0, static_cast<std::uint16_t>(where / 5 % 2), level, static_cast<std::uint8_t>(layer),
+        mvw::ChunkId id{static_cast<std::uint16_t>(where / 10 % 4), static_cast<std::uint16_t>(where / 5 % 2), level,
+                        static_cast<std::uint8_t>(layer),
                         channel == 0 ? mvw::Channel::Geometry : static_cast<mvw::Channel>(channel)};
-        if (where >= 250) id = {};
+        if (where >= 240) id = {static_cast<std::uint16_t>(where % 4)};
         const mvw::ByteSpan payload = in.bytes(std::min<std::size_t>(length, in.remaining()));
         (void)decoder.feed_chunk(id, payload, mvw::crc32c(payload)).ok();
     }

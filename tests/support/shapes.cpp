@@ -79,6 +79,38 @@ Mesh rough_torus(std::uint32_t around, std::uint32_t along, double noise) {
     return mesh;
 }
 
+Mesh chequered_plate(unsigned rings) {
+    constexpr unsigned kCells = 5;  // of a field, the last of which is a wall
+    const unsigned n = rings * kCells;
+    const auto at = [n](unsigned x, unsigned y) { return y * (n + 1) + x; };
+    Mesh mesh;
+    for (const bool top : {true, false})
+        for (unsigned y = 0; y <= n; ++y)
+            for (unsigned x = 0; x <= n; ++x) {
+                const bool wall_x = x % kCells == 0, wall_y = y % kCells == 0;
+                const bool raised = !wall_x && !wall_y && (x / kCells + y / kCells) % 2 == 0;
+                mesh.positions.push_back({double(x) / n, double(y) / n, top ? (raised ? 0.23 : 0.2) : 0.0});
+            }
+    const unsigned below = (n + 1) * (n + 1);
+    for (unsigned y = 0; y < n; ++y)
+        for (unsigned x = 0; x < n; ++x) {
+            const unsigned a = at(x, y), b = at(x + 1, y), c = at(x + 1, y + 1), d = at(x, y + 1);
+            mesh.faces.insert(
+                mesh.faces.end(),
+                {{a, b, c}, {a, c, d}, {below + a, below + c, below + b}, {below + a, below + d, below + c}});
+        }
+    const auto side = [&](unsigned a, unsigned b) {  // from a to b around the top, counter-clockwise
+        mesh.faces.insert(mesh.faces.end(), {{a, below + a, below + b}, {a, below + b, b}});
+    };
+    for (unsigned k = 0; k < n; ++k) {
+        side(at(k, 0), at(k + 1, 0));
+        side(at(n, k), at(n, k + 1));
+        side(at(n - k, n), at(n - k - 1, n));
+        side(at(0, n - k), at(0, n - k - 1));
+    }
+    return mesh;
+}
+
 Mesh moved(Mesh mesh, const Vec3& by) {
     for (Vec3& p : mesh.positions) p += by;
     return mesh;

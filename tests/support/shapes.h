@@ -19,6 +19,10 @@ Mesh torus(std::uint32_t around, std::uint32_t along);
 /// smooth.
 Mesh rough_torus(std::uint32_t around, std::uint32_t along, double noise);
 
+/// Closed plate of 1 by 1 by 0.2 with a chequer of `rings` by `rings` raised fields, walls between them, finely meshed:
+/// flat parts and sharp edges alone.
+Mesh chequered_plate(unsigned rings);
+
 Mesh moved(Mesh mesh, const Vec3& by);
 Mesh scaled(Mesh mesh, double factor);
 

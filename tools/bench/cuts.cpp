@@ -17,17 +17,15 @@ namespace mvw::bench {
 namespace {
 
 constexpr std::uint32_t kSamples = 250'000;  // fewer see rises of a tenth of a decibel where there are none
-constexpr double kSame = 0.01;     // dB
-constexpr double kLongStep = 1.0;  // dB, between neighbours that are not all there is
+constexpr double kSame = 0.01;               // dB
+constexpr double kLongStep = 1.0;            // dB, between neighbours that are not all there is
 
-std::size_t end_of_bases(ByteSpan file) {
+/// Of the first chunks that show something.
+std::size_t end_of_first(ByteSpan file) {
     const FileHeader header = read_header(file).value();
     const Toc toc = read_toc(header, file.subspan(header.index_offset), file.size()).value();
-    std::size_t end = header.header_bytes;
-    for (const ChunkEntry& c : toc.chunks)
-        if (c.id.channel == Channel::Base && !header.parts[c.id.part].supersedes)
-            end = std::max<std::size_t>(end, c.offset + c.length);
-    return end;
+    const std::size_t shown = chunks_until_shown(toc);
+    return shown > 0 ? toc.chunks[shown - 1].offset + toc.chunks[shown - 1].length : header.header_bytes;
 }
 
 void summarize(Cuts& cuts) {
@@ -65,7 +63,7 @@ Cuts cut(const Mesh& mesh, ByteSpan file, std::size_t count, std::uint32_t sampl
         }
         cuts.points.push_back(to);
     };
-    const auto first = static_cast<double>(end_of_bases(file)), ratio = static_cast<double>(file.size()) / first;
+    const auto first = static_cast<double>(end_of_first(file)), ratio = static_cast<double>(file.size()) / first;
     for (std::size_t k = 0; k < count; ++k) {
         const double share = static_cast<double>(k) / static_cast<double>(count - 1);
         const auto bytes = std::min(file.size(), static_cast<std::size_t>(std::ceil(first * std::pow(ratio, share))));

@@ -17,6 +17,8 @@ namespace {
 constexpr unsigned kWidth = 480, kHeight = 400;
 constexpr unsigned kDrawnTriangles = 60'000;  // finer wireframes are grey
 
+constexpr unsigned kAll = 255;  // of files without levels: their finest triangles
+
 /// One level, decoded.
 struct LevelView {
     Mesh mesh;
@@ -29,7 +31,7 @@ Result<std::vector<LevelView>> decode_levels(const Mesh& input, ByteSpan file) {
     const unsigned levels = finest_level(*header);
     std::vector<LevelView> views;
     for (unsigned level = 0; level <= levels; ++level) {
-        auto mesh = decode(file, level);
+        auto mesh = decode(file, levels > 0 ? level : kAll);
         if (!mesh) return mesh.error();
         std::string psnr = "nothing to measure";
         if (measurable(*mesh) && measurable(input)) {

@@ -59,11 +59,17 @@ std::function<bool(const ChunkEntry&)> wanted_chunks(const DecodeArguments& argu
         if (c.id.channel == Channel::Original || c.offset + c.length > arguments.max_bytes) return false;
         const FileHeader& header = *decoder.header();
         const bool closing = header.parts[c.id.part].supersedes;
-        if (closing && (!tiles.empty() || arguments.level <= finest_level(header))) return false;
+        const unsigned finest = finest_level(header);
+        if (closing && ((!tiles.empty() && finest > 0) || arguments.level <= finest)) return false;
         if (!closing && (c.id.channel == Channel::Base || c.id.channel == Channel::Attributes)) return true;
         if (arguments.target_error > 0 && decoder.state().error <= arguments.target_error) return false;
-        return tiles.empty() || c.id.level < header.parts[c.id.part].first_tiled_level || tiles.contains(c.id.tile);
+        return tiles.empty() || closing || c.id.level < header.parts[c.id.part].first_tiled_level ||
+               tiles.contains(c.id.tile);
     };
+}
+
+bool has_details(const Decoder& decoder) {
+    return decoder.state().level > 0 || (decoder.header() != nullptr && finest_level(*decoder.header()) == 0);
 }
 
 /// A file without its index, in order: until it states the wanted error, else all of it.
@@ -72,7 +78,7 @@ void feed_in_order(Decoder& decoder, ByteSpan file, double target_error) {
     const std::size_t slice = target_error > 0 ? kSlice : file.size();
     for (std::size_t at = 0; at < file.size() && decoder.feed(file.subspan(at, std::min(slice, file.size() - at))).ok();
          at += slice)
-        if (target_error > 0 && decoder.state().error <= target_error && decoder.state().level > 0) return;
+        if (target_error > 0 && decoder.state().error <= target_error && has_details(decoder)) return;
     decoder.finish();
 }
 

@@ -140,7 +140,9 @@ void print_text(const std::string& output, const Encoded& e, double seconds) {
                e.vertices);
     fmt::print("  rms error {:.2e} of the diagonal ({:.2f} dB), largest {:.2e}\n", e.rms, e.psnr, e.max);
     print_attributes(e);
-    if (e.closing_bytes > 0) fmt::print("  {} bytes for the input's own triangles at the end\n", e.closing_bytes);
+    if (e.closing_bytes > 0 && e.levels > 0) fmt::print("  {} bytes for plain triangles at the end\n", e.closing_bytes);
+    if (e.closing_bytes > 0 && e.levels == 0)
+        fmt::print("  plain triangles in finer and finer versions, which serve this model better than wavelets\n");
     if (e.original_bytes > 0) fmt::print("  {} bytes for the original mesh\n", e.original_bytes);
     if (e.draco_area_share > 0)
         fmt::print("  {:.1f} % of the surface coded by Draco alone\n", 100 * e.draco_area_share);
@@ -205,9 +207,11 @@ void add_encode(CLI::App& app) {
         ->check(CLI::Range(1, 65535));
     command->add_flag("!--no-color-levels", options.color_levels,
                       "No finer levels than the shape needs (default: more where images show more than vertices hold)");
-    command->add_flag("!--no-closing", options.close,
-                      "Wavelets to the end (default: a file ends with the input's own triangles where that is better "
-                      "for few bytes more, or wavelets stay visibly off)");
+    command->add_flag(
+        "!--no-closing", options.close,
+        "Wavelets alone (default: a file ends with plain triangles, as the input has them or fewer, where "
+        "that is better for few bytes more, or wavelets stay visibly off; models of flat parts and sharp "
+        "edges may do without wavelets)");
     command
         ->add_option("--keep-original", options.keep_original,
                      "Also keep the input mesh (cleaned; without attributes) with so many bits a coordinate; see "

@@ -35,13 +35,11 @@ struct RatePoint {
 std::vector<RatePoint> points_of(const Toc& toc) {
     std::vector<RatePoint> points;
     unsigned level = 0;
-    const std::size_t parts = toc.header.parts.size() - (toc.header.parts.back().supersedes ? 1 : 0);
-    std::size_t bases = 0;
+    const std::size_t shown = chunks_until_shown(toc);
     for (std::size_t i = 0; i < toc.chunks.size(); ++i) {
         const ChunkEntry& c = toc.chunks[i];
         level = std::max<unsigned>(level, c.id.level);
-        bases += c.id.channel == Channel::Base;
-        if (bases < parts) continue;
+        if (i + 1 < shown) continue;
         const bool last = i + 1 == toc.chunks.size();
         if (!points.empty() && c.error > 0.972 * points.back().error && !last) continue;
         points.push_back({c.offset + c.length, level, c.error});
@@ -127,7 +125,7 @@ AttributeSummary& entry_of(const AttributeParams& params, std::vector<AttributeS
 Summary summary_of(const Toc& toc, ByteSpan file) {
     Summary s;
     s.levels = finest_level(toc.header);
-    for (const PartInfo& part : toc.header.parts) s.tiles += part.supersedes ? 0u : part.tiles;
+    for (const PartInfo& part : toc.header.parts) s.tiles += part.supersedes || part.preview ? 0u : part.tiles;
     std::vector<std::vector<AttributeParams>> of_part(toc.header.parts.size());
     for (const ChunkEntry& c : toc.chunks) {
         const bool closing = toc.header.parts[c.id.part].supersedes;
@@ -191,18 +189,27 @@ void print_attribute(const AttributeSummary& a) {
     fmt::print("\n");
 }
 
+void print_part(const Toc& toc, std::size_t index) {
+    const PartInfo& part = toc.header.parts[index];
+    std::uint64_t bytes = 0;
+    for (const ChunkEntry& c : toc.chunks)
+        if (c.id.part == index) bytes += c.length;
+    if (part.preview)
+        fmt::print("shown before that: all of it as plain triangles, {} bytes: {} vertices, {} faces\n", bytes,
+                   part.base_vertices, part.base_faces);
+    else if (part.supersedes)
+        fmt::print("then all of it as plain triangles, {} bytes: {} vertices, {} faces\n", bytes, part.base_vertices,
+                   part.base_faces);
+    else
+        fmt::print("part of {} levels over {} vertices, {} faces\n", part.levels, part.base_vertices, part.base_faces);
+}
+
 void print_text(const Toc& toc, const Summary& s, bool chunks) {
     fmt::print("version {}, {} bytes, of these {} for base meshes\n", toc.header.version, toc.header.file_bytes(),
                s.base_bytes);
     fmt::print("transform {}, {} levels, {} tiles, {} layers, {} chunks\n", transform_of(toc.header), s.levels, s.tiles,
                toc.header.layers, toc.chunks.size());
-    for (const PartInfo& part : toc.header.parts)
-        if (part.supersedes)
-            fmt::print("closing part, {} bytes: the input's own {} vertices, {} faces\n", s.closing_bytes,
-                       part.base_vertices, part.base_faces);
-        else
-            fmt::print("part of {} levels over {} vertices, {} faces\n", part.levels, part.base_vertices,
-                       part.base_faces);
+    for (std::size_t p = 0; p < toc.header.parts.size(); ++p) print_part(toc, p);
     for (const AttributeSummary& a : s.attributes) print_attribute(a);
     if (!s.colored.empty()) fmt::print("colours of {} materials\n", s.colored.size());
     fmt::print("\n{:>10}  level  error\n", "bytes");

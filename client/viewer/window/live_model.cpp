@@ -210,8 +210,7 @@ void LiveModel::draw(const Decoder& decoder, const DecodeState& state, const Les
         frame->decode_seconds = decode_seconds_;
         frame->file_bytes = decoder.header()->file_bytes();
         frame->layers = decoder.header()->layers;
-        frame->parts =
-            static_cast<unsigned>(decoder.header()->parts.size()) - decoder.header()->parts.back().supersedes;
+        frame->parts = static_cast<unsigned>(decoder.header()->main_parts());
         frame->levels = finest_level(*decoder.header());
     }
     const std::lock_guard lock(mutex_);

@@ -127,11 +127,12 @@ std::string Model::describe() const {
     const FileHeader* header = decoder_.header();
     if (header == nullptr) return {};
     const unsigned levels = finest_level(*header);
+    const auto [begin, end] = finest_parts(*header);
     std::string vertices = "[", faces = "[";
     for (unsigned level = 0; level <= levels; ++level) {
         std::uint64_t V = 0, F = 0;
-        for (const PartInfo& part : header->parts) {
-            if (part.supersedes) continue;
+        for (std::size_t p = begin; p < end; ++p) {
+            const PartInfo& part = header->parts[p];
             const unsigned l = std::min<unsigned>(level, part.levels);
             V += vertices_at_level(part.base_vertices, part.base_edges, part.base_faces, l);
             F += std::uint64_t{part.base_faces} << (2 * l);
@@ -144,7 +145,7 @@ std::string Model::describe() const {
     field(json, "version", std::to_string(header->version));
     field(json, "transform",
           known ? "\"" + std::string(transform_name(TransformKind{header->transform})) + "\"" : "null");
-    field(json, "parts", std::to_string(header->parts.size() - header->parts.back().supersedes));
+    field(json, "parts", std::to_string(header->main_parts()));
     field(json, "levels", std::to_string(levels));
     field(json, "layers", std::to_string(header->layers));
     field(json, "headerBytes", std::to_string(header->header_bytes));
