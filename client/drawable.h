@@ -17,7 +17,7 @@ struct Drawable {
     std::vector<std::uint32_t> edges;  // two for each edge of a triangle, at copies maybe twice; empty unless asked for
     std::vector<std::uint32_t> base_edges;  // two for each piece of a base mesh's edge; empty unless asked for
     unsigned level = 0;                     // finest among the parts
-    std::uint32_t parts = 0;  // that have come; where a closing part shows instead of them, one more than they are
+    std::uint32_t parts = 0;  // that have come; where one shows instead of all others, its place among them, from 1
     bool solid = false;       // all of these bound solids, by their bases (codec/mesh/solid.h)
 };
 

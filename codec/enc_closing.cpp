@@ -28,9 +28,9 @@ constexpr double kVisible = 2e-3;        // largest distance, or ...
 constexpr double kRough = 1e-4;          // ... RMS error, of surfaces that may take more bytes, ...
 constexpr double kMostGrowthVisible = 4, kMostGrowth = 1.4;  // ... so many times more; and others
 constexpr double kFinestError = 3e-6, kFinalError = 3e-5;    // RMS, that a closed file leaves at least, at most ...
-constexpr double kFinestOfPlain = 1e-5;                      // likewise, without wavelets
-constexpr double kFinalDistance = 2e-4;                      // at most, of the last version
 constexpr double kFinalShare = 0.75;                         // ... and of what wavelets left
+constexpr double kFinestErrorOfPlain = 1e-5;                 // at least, where a file is without wavelets
+constexpr double kFinalDistance = 2e-4;                      // largest one, that the last version may have
 // dB in the mean of all beginnings that a closed file may lose: times the share by which it is shorter, or where
 // something was wrong.
 constexpr double kMostLost = 0.4, kMostLostVisible = 0.5;
@@ -42,10 +42,10 @@ constexpr unsigned kMostTried = 3;                   // of these
 constexpr unsigned kFewestBitsOfPlain = 7;
 constexpr unsigned kBitsOfStage = 2;     // so many at least by which a version's planes refine its base's grid
 constexpr double kShareOfVersion = 0.7;  // of the error at a version's end, that is the version's own
-constexpr double kMoreFaces = 1.4;       // of a version than of the one before
-constexpr double kFinerFinal = 0.5;      // likewise of the last one
+constexpr double kShareOfLast = 0.5;     // likewise, of the last one
+constexpr double kMoreFaces = 1.4;       // times the faces of a version, that the next one has at least
 constexpr unsigned kFinerFirst = 2;      // a file's first version comes on its grid or one finer by up to so many bits
-constexpr double kNoFall = 0.995;        // times what follows, that the first version may come to, ...
+constexpr double kAsGood = 0.995;        // times the error of what follows, that the first version has at least, ...
 constexpr std::array kSteps{kSmallStep, 1.25, 1.6};  // ... and at most so many times, the least that there is
 constexpr std::uint32_t kMostFacesOfFirst = 10'000;
 constexpr std::size_t kMostFaces = 400'000;  // of the input: simplifying and coding more takes long and gains little
@@ -111,7 +111,7 @@ class Search {
           bases_(std::ranges::count_if(opening.plan, is_base)),
           options_(options),
           final_error_(std::clamp(kFinalShare * opening.whole.rms, kFinestError, kFinalError)),
-          final_error_of_plain_(std::max(final_error_, kFinestOfPlain)),
+          final_error_of_plain_(std::max(final_error_, kFinestErrorOfPlain)),
           is_visible_(opening.whole.max > kVisible || opening.whole.rms > kRough),
           wavelets_(bytes_of(opening.plan)),
           most_(wavelets_ * (is_visible_                      ? kMostGrowthVisible
@@ -168,8 +168,8 @@ bool Search::make_versions() {
     for (unsigned b = kFewestBitsOfPlain; b <= kMostBits; ++b)
         grid_error_[b] = error_on_grid(input_, *own, b, options_.threads);
     std::vector<unsigned> bits{kLast, kLastOfPlain};
-    std::vector<VersionLimit> limits{{kFinerFinal * final_error_, kFinalDistance},
-                                     {kFinerFinal * final_error_of_plain_, kFinalDistance}};
+    std::vector<VersionLimit> limits{{kShareOfLast * final_error_, kFinalDistance},
+                                     {kShareOfLast * final_error_of_plain_, kFinalDistance}};
     for (unsigned b = kMostBits; b >= kFewestBitsOfPlain; --b) {
         const double error = kShareOfVersion * grid_error_[b];
         if (error <= limits.back().rms) continue;
@@ -242,7 +242,7 @@ const Stage* Search::first_before(double error) const {
         const Stage* best = nullptr;
         for (const Stage& s : firsts_) {
             const PlannedChunk& base = s.chunks.front();
-            if (base.error < kNoFall * error || base.error > step * error) continue;
+            if (base.error < kAsGood * error || base.error > step * error) continue;
             if (!best || bytes_of(base) < bytes_of(best->chunks.front())) best = &s;
         }
         if (best) return best;

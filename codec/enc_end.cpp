@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "codec/enc_errors.h"
-#include "codec/part_params.h"
 
 namespace mvw {
 
@@ -24,15 +23,9 @@ std::optional<std::size_t> last_geometry(const std::vector<PlannedChunk>& plan) 
     return std::nullopt;
 }
 
-/// A chunk without the last `slices` of kSlices of its planes.
+/// A chunk without the last `slices` of kSlices of it.
 PlannedChunk without_end(const PlannedChunk& chunk, unsigned slices) {
-    PlannedChunk out = chunk;
-    ByteReader in(chunk.payload);
-    GeometryFront front = read_geometry_front(in);
-    front.beginning = true;
-    const ByteSpan planes = in.bytes(in.remaining());
-    out.payload = with_front(front, ByteReader(planes.first(planes.size() * (kSlices - slices) / kSlices)));
-    return out;
+    return beginning_of(chunk, chunk.payload.size() * (kSlices - slices) / kSlices);
 }
 
 /// A plan's end, held against what is nearest to the input so far.

@@ -244,6 +244,16 @@ PlannedChunk join_chunks(const PlannedChunk& first, const PlannedChunk& second) 
     return out;
 }
 
+PlannedChunk beginning_of(const PlannedChunk& chunk, std::size_t bytes) {
+    PlannedChunk out = chunk;
+    ByteReader in(chunk.payload);
+    GeometryFront front = read_geometry_front(in);
+    front.beginning = true;
+    const ByteSpan planes = in.bytes(in.remaining());
+    out.payload = with_front(front, ByteReader(planes.first(std::min(bytes, planes.size()))));
+    return out;
+}
+
 std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan) {
     std::vector<ChunkToWrite> out;
     out.reserve(plan.size());

@@ -37,6 +37,9 @@ std::vector<PlannedChunk> order_chunks(const std::vector<CodedPart>& parts, cons
 /// A block's chunk and its next one as one. Not of packed planes.
 PlannedChunk join_chunks(const PlannedChunk& first, const PlannedChunk& second);
 
+/// A Geometry chunk with no more than the first `bytes` of its planes: as if it had been cut there.
+PlannedChunk beginning_of(const PlannedChunk& chunk, std::size_t bytes);
+
 std::vector<ChunkToWrite> to_write(const std::vector<PlannedChunk>& plan);
 
 /// Brings a plan's chunks in the order of their gains a byte, each behind what it builds on, and says their errors

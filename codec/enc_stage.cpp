@@ -90,7 +90,7 @@ std::vector<Lod> versions_of(const EncoderInput& input, Lod own, const std::vect
         };
         std::optional<SurfaceError> error;
         if (part) error = error_of(input, mesh, sampling);
-        if (is_within(error) && std::isfinite(limits[versions.size()].max)) {  // then spikes matter
+        if (error && std::isfinite(limits[versions.size()].max)) {  // then spikes matter
             sampling.vertex_stride = 1;
             error->max = error_of(input, mesh, sampling)->max;
         }

@@ -4,7 +4,6 @@
 #include <span>
 
 #include "codec/enc_errors.h"
-#include "codec/part_params.h"
 
 namespace mvw {
 
@@ -28,7 +27,7 @@ class Switch {
             (is_good(error_of(middle)) ? high : low) = middle;
         }
         if (high == low || !is_better(error_of(high))) return Cut{high, {}};
-        return Cut{low, may_cut ? beginning_of(low) : std::nullopt};
+        return Cut{low, may_cut ? part_of(low) : std::nullopt};
     }
 
  private:
@@ -46,17 +45,11 @@ class Switch {
     }
 
     /// As much of a chunk as makes the first ones good enough; nothing where one byte more or less is too large a step.
-    [[nodiscard]] std::optional<PlannedChunk> beginning_of(std::size_t chunk) const {
-        PlannedChunk beginning = plan_[chunk];
-        if (beginning.id.channel != Channel::Geometry) return std::nullopt;
-        const Bytes payload = beginning.payload;
-        ByteReader in(payload);
-        GeometryFront front = read_geometry_front(in);
-        front.beginning = true;
-        const ByteSpan planes = in.bytes(in.remaining());
-        for (std::size_t low = front.least_bytes, high = planes.size(); high > low + 1;) {
+    [[nodiscard]] std::optional<PlannedChunk> part_of(std::size_t chunk) const {
+        if (plan_[chunk].id.channel != Channel::Geometry) return std::nullopt;
+        for (std::size_t low = 0, high = plan_[chunk].payload.size(); high > low + 1;) {
             const std::size_t middle = low + (high - low) / 2;
-            beginning.payload = with_front(front, ByteReader(planes.first(middle)));
+            PlannedChunk beginning = beginning_of(plan_[chunk], middle);
             beginning.error = error_of(chunk, &beginning);
             if (!is_good(beginning.error))
                 low = middle;

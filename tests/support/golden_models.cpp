@@ -79,6 +79,8 @@ std::vector<GoldenModel> golden_models() {
     }
     models.push_back({"closing", {}, {}, rough_torus(41, 23, 0.01)});
     models.back().options.threads = 1;
+    models.push_back({"plain", {}, {}, chequered_plate(16)});
+    models.back().options.threads = 1;
     models.push_back(in_two_colors());
     return models;
 }

@@ -64,6 +64,29 @@ TEST_F(ScheduleTest, AClosingPartComesLastToThoseWhoWantEverything) {
         for (const std::uint32_t i : walk(toc, r).order) EXPECT_LT(i, count);
 }
 
+TEST_F(ScheduleTest, ClosingPartsOfAModelWithoutLevelsAreForEveryView) {
+    Toc toc;
+    toc.header.layers = 4;
+    toc.header.parts = {{0, 4, 6, 4}, {0, 6, 12, 8, 2, 0, true}, {0, 8, 18, 12, 2, 0, true}};
+    for (std::uint16_t part = 0; part < 3; ++part) {
+        toc.chunks.push_back({{part, 0, 0, 0, Channel::Base}, 0, 10, 0, 0.1f});
+        for (std::uint8_t layer = 2; part > 0 && layer < 4; ++layer)
+            for (std::uint16_t tile = 0; tile < 2; ++tile)
+                toc.chunks.push_back({{part, tile, 0, layer, Channel::Geometry}, 0, 10, 0, 0.01f});
+    }
+    Request near;  // a part of the surface, and nothing else
+    near.tiles = {{0, 0, 9, 3}};
+    near.other_priority = 0;
+    EXPECT_EQ(walk(toc, near).order.size(), toc.chunks.size());
+    Request layers = near;
+    layers.max_layer = 2;
+    EXPECT_EQ(walk(toc, layers).order.size(), toc.chunks.size() - 4);
+    for (const Request& r : {near, layers}) {
+        const Walk w = walk(toc, r);
+        EXPECT_TRUE(std::is_sorted(w.order.begin(), w.order.end()));
+    }
+}
+
 TEST_F(ScheduleTest, HeldChunksAreLeftOut) {
     Request r;
     for (const std::uint32_t i : {0u, 1u, 2u, 9u}) r.held.insert(i);
