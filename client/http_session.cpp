@@ -246,7 +246,7 @@ bool HttpSession::is_wanted(const ChunkId& id) const {
         return protocol::wants_everything(*header_, request());
     if (id.channel == Channel::Base && !header_->parts[id.part].supersedes) return true;
     if (id.level > wants_.max_level || id.layer > wants_.max_layer) return false;
-    if (id.level < header_->parts[id.part].first_tiled_level) return true;
+    if (header_->parts[id.part].supersedes || id.level < header_->parts[id.part].first_tiled_level) return true;
     const auto tile = std::find_if(wants_.tiles.begin(), wants_.tiles.end(),
                                    [&](const auto& t) { return t.part == id.part && t.tile == id.tile; });
     if (tile == wants_.tiles.end()) return wants_.other_priority != 0;

@@ -6,6 +6,8 @@
 #include <functional>
 #include <set>
 
+#include "codec/mesh/io/files.h"
+#include "tests/support/program.h"
 #include "tests/support/stream_models.h"
 
 namespace mvw::client {
@@ -191,6 +193,16 @@ TEST(HttpSession, LevelsAndErrorsComeByIndexAndRange) {
     HttpSession second(wants);
     exact.run(second, second.start(exact.now_));
     expect_chunks(exact, all_of(server.file_, [&](const ChunkEntry& c) { return c.error >= wants.target_error; }));
+}
+
+TEST(HttpSession, ClosingPartsOfAModelWithoutLevelsAreForEveryView) {
+    Server server(read_file(test_data_folder() + "/golden_plain.mvw").value());
+    Wants wants;  // a part of the surface, and nothing else
+    wants.tiles = {{0, 0, 9, 3}};
+    wants.other_priority = 0;
+    HttpSession session(wants);
+    server.run(session, session.start(server.now_));
+    expect_chunks(server, all_of(server.file_, kAll));
 }
 
 TEST(HttpSession, BudgetIsNotGoneOver) {

@@ -125,7 +125,7 @@ AttributeSummary& entry_of(const AttributeParams& params, std::vector<AttributeS
 Summary summary_of(const Toc& toc, ByteSpan file) {
     Summary s;
     s.levels = finest_level(toc.header);
-    for (const PartInfo& part : toc.header.parts) s.tiles += part.supersedes || part.preview ? 0u : part.tiles;
+    for (std::size_t p = 0; p < toc.header.main_parts(); ++p) s.tiles += toc.header.parts[p].tiles;
     std::vector<std::vector<AttributeParams>> of_part(toc.header.parts.size());
     for (const ChunkEntry& c : toc.chunks) {
         const bool closing = toc.header.parts[c.id.part].supersedes;
