@@ -81,14 +81,24 @@ class LabelReader {
     RangeDecoder<false> decoder_;
 };
 
+Lattice read_lattice(ByteReader& in) {
+    Lattice lattice;
+    const std::uint8_t bits = in.u8();
+    lattice.bits = static_cast<std::uint8_t>(bits & ~kFittedLattice);
+    if ((bits & kFittedLattice) == 0) return lattice;
+    for (std::uint8_t& s : lattice.stretch) s = in.u8();
+    for (std::uint8_t& s : lattice.shift) s = in.u8();
+    return lattice;
+}
+
 Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_t transform, std::uint8_t& flags) {
     PartParams p;
     flags = in.u8();
     p.error_code = in.u8();
-    p.base_bits = in.u8();
+    p.lattice = read_lattice(in);
     if (in.ok() && (flags & kBaseSequential) != 0 && (flags & kBaseGrown) != 0)
         return malformed("the base's mesh is coded in two ways");
-    if (in.ok() && (p.base_bits < 1 || p.base_bits > 30)) return malformed("the base's precision is out of range");
+    if (in.ok() && (p.lattice.bits < 1 || p.lattice.bits > 30)) return malformed("the base's precision is out of range");
     if (transform >= kTransformCount) return Error{Errc::Unsupported, 0, "the transform is unknown"};
     p.transform.kind = TransformKind{transform};
     if (info.levels > 0 || info.supersedes) {
@@ -107,7 +117,7 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
     }
     p.fast = (flags & kBaseFast) != 0;
     p.lossless = (flags & kBaseLossless) != 0;
-    if (p.lossless && p.base_bits > kMaxLosslessBits) return malformed("the base's precision is out of range");
+    if (p.lossless && (p.lattice.bits > kMaxLosslessBits || !p.lattice.is_plain())) return malformed("the base's precision is out of range");
     if (!in.ok()) return malformed("the base is cut");
     return p;
 }
@@ -184,7 +194,7 @@ Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8
     if ((flags & kBaseColors) != 0 && base.params.colors.empty())
         return malformed("the colours of materials are out of order");
 
-    Result<GridMesh> mesh = read_level_0(mesh_bytes, flags, base.params.base_bits, info);
+    Result<GridMesh> mesh = read_level_0(mesh_bytes, flags, base.params.lattice.bits, info);
     if (!mesh.ok()) return mesh.error();
     Result<BaseMesh> topology = BaseMesh::create(static_cast<std::uint32_t>(mesh->grid.size()), std::move(mesh->faces));
     if (!topology.ok()) return topology.error();

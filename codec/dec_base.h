@@ -19,7 +19,7 @@ enum class BaseMethod : std::uint8_t { Edgebreaker, Sequential, Grown };
 struct DecodedBase {
     PartParams params;
     BaseMesh mesh;
-    std::vector<std::array<std::int32_t, 3>> grid;  // V positions in units of params.grid()
+    std::vector<GridPoint> grid;          // V positions on params.lattice
     std::vector<std::uint8_t> creases;              // empty, or one for each edge
     std::vector<std::uint32_t> materials;           // empty, or one for each face
 };

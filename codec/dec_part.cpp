@@ -380,7 +380,7 @@ void PartDecoder::store_integers(const ChunkId& id, const BlockDecoder& from) {
     from.values(base_->params.reconstruction_point(), std::span(kOnes).first(3), 0, values);
     std::vector<std::int32_t> exact(from.lowest_plane() == 0 ? values.size() : 0);
     if (!exact.empty()) from.integers(exact);
-    const auto grid = static_cast<float>(base_->params.grid());
+    const auto grid = static_cast<float>(base_->params.lattice.unit());
     for (std::size_t i = 0; i < indices.size(); ++i) {
         const std::uint32_t v = indices[i];
         for (std::size_t k = 0; k < 3; ++k) {
@@ -411,7 +411,7 @@ void PartDecoder::place_positions(unsigned level, const Vec3& center, double dia
     if (base_->params.lossless) {
         std::vector<IntegerPoint> points(integers_.begin(), integers_.begin() + static_cast<std::ptrdiff_t>(V));
         synthesize_integers(base_->mesh, level, base_->creases, points);
-        const double grid = base_->params.grid();
+        const double grid = base_->params.lattice.unit();
         for (std::size_t v = 0; v < V; ++v) {
             const IntegerPoint& p = points[v];
             place(v, Vec3{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])} * grid);

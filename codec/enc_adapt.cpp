@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "codec/enc_curves.h"
+#include "codec/enc_lattice.h"
 #include "codec/mesh/normals.h"
 #include "codec/remesh/coarse_grid.h"
 #include "codec/remesh/drift.h"
@@ -26,14 +27,6 @@ constexpr double kSamplesOfLeader = 12;
 constexpr double kMostLoss = 1.2;  // of the distance from the input, before to after sliding
 constexpr std::uint32_t kSamples = 5'000, kVertexStride = 4;
 constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
-
-std::array<std::int32_t, 3> rounded(const Vec3f& p, unsigned bits) {
-    std::array<std::int32_t, 3> g{};
-    const Vec3 q = to_double(p);
-    for (std::size_t k = 0; k < 3; ++k)
-        g[k] = static_cast<std::int32_t>(std::lround(std::ldexp(q[k], static_cast<int>(bits))));
-    return g;
-}
 
 /// positions (V) as coefficients.
 void analyze(PatchTransform& transform, const std::vector<Vec3>& positions, std::vector<Vec3f>& coefficients) {
@@ -146,15 +139,18 @@ Adaptation::Snapped Adaptation::snap(unsigned bits, unsigned threads) const {
     for (std::uint32_t v = 0; v < positions.size(); ++v) above.push_back(positions[v] - drift.position(v));
     std::vector<Vec3f> coefficients;
     analyze(transform, positions, coefficients);
-    for (std::uint32_t v = 0; v < mesh_.base.vertex_count(); ++v) out.grid.push_back(rounded(coefficients[v], bits));
+    std::vector<Vec3> coarse;
+    for (std::uint32_t v = 0; v < mesh_.base.vertex_count(); ++v) coarse.push_back(to_double(coefficients[v]));
+    out.base = round_to_lattice(coarse, mesh_.base.faces(), bits);
+    auto& [lattice, grid] = out.base;
     PartParams params;
-    params.base_bits = static_cast<std::uint8_t>(bits);
+    params.lattice = lattice;
     params.transform = options_;
-    const PartUnits units(mesh_.base, mesh_.creases, mesh_.materials, out.grid, params);
+    const PartUnits units(mesh_.base, mesh_.creases, mesh_.materials, grid, params);
     const auto gap = [&](std::uint32_t v) { return coefficients[v] - units.origin(v); };
     const unsigned rounds = mesh_.levels < kFineLevels ? kSnapRounds : kSnapRoundsOfFine;
     for (unsigned round = 0; round < rounds; ++round) {
-        for (std::uint32_t v = 0; v < out.grid.size(); ++v) {
+        for (std::uint32_t v = 0; v < grid.size(); ++v) {
             if (fixed_[v] != 0) continue;
             const Vec3f& n = units.frame(v).n;
             coefficients[v] = units.origin(v) + n * dot(n, gap(v));
@@ -170,9 +166,9 @@ Adaptation::Snapped Adaptation::snap(unsigned bits, unsigned threads) const {
     settle(surface_.mesh(), triangles_, fixed_, drift.normals(), {kFitRounds, true, threads}, positions);
     analyze(transform, positions, coefficients);
     // Vertices on lines, and those that have ended far from their grid points, take the nearest ones.
-    for (std::uint32_t v = 0; v < out.grid.size(); ++v)
-        if (fixed_[v] != 0 || length(to_double(gap(v))) > kMostCells * params.grid())
-            out.grid[v] = rounded(coefficients[v], bits);
+    for (std::uint32_t v = 0; v < grid.size(); ++v)
+        if (fixed_[v] != 0 || length(to_double(gap(v))) > kMostCells * lattice.unit())
+            grid[v] = lattice.nearest(to_double(coefficients[v]));
     take_vertex_data(surface_.mesh(), drift.points(), out.mesh);
     return out;
 }

@@ -29,7 +29,7 @@ class Adaptation {
 
     struct Snapped {
         SemiRegularMesh mesh;
-        PartUnits::Grid grid;  // of the base, in units of 2^-bits
+        Rounded base;
     };
     /// Rounds of: analysis, coarse positions to the nearest points of their normals, tangential details halved,
     /// synthesis; every vertex follows along the surface, as far above it as it was; then the fit. Vertices on

@@ -289,7 +289,12 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
                                      (params.lossless ? kBaseLossless : 0) |
                                      (params.colors.empty() ? 0 : kBaseColors)));
     out.u8(params.error_code);
-    out.u8(params.base_bits);
+    const Lattice& lattice = params.lattice;
+    out.u8(lattice.is_plain() ? lattice.bits : lattice.bits | kFittedLattice);
+    if (!lattice.is_plain()) {
+        for (const std::uint8_t s : lattice.stretch) out.u8(s);
+        for (const std::uint8_t s : lattice.shift) out.u8(s);
+    }
     if (!params.steps.empty()) {
         out.u8(params.reconstruction);
         for (const std::uint8_t code : params.steps) out.u8(code);

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "codec/enc_attributes.h"
+#include "codec/enc_lattice.h"
 #include "codec/tiles.h"
 #include "codec/transform/integer.h"
 
@@ -41,24 +42,14 @@ void choose_steps(PartParams& params, const TransformOptions& transform, unsigne
 }
 
 /// The coarse positions that analysis leaves, not samples of the surface: what the base carries.
-std::vector<Vec3f> coarse_of(const SemiRegularMesh& mesh, const TransformOptions& transform, unsigned threads) {
+std::vector<Vec3> coarse_of(const SemiRegularMesh& mesh, const TransformOptions& transform, unsigned threads) {
+    if (mesh.levels == 0) return mesh.positions;
     std::vector<Vec3f> in(mesh.positions.size()), out(mesh.positions.size());
     std::transform(mesh.positions.begin(), mesh.positions.end(), in.begin(), to_float);
-    if (mesh.levels == 0) return in;
     PatchTransform(mesh.base, mesh.levels, transform, mesh.creases, threads).analyze(in, out);
-    out.resize(mesh.base.vertex_count());
-    return out;
-}
-
-PartUnits::Grid grid_of(const std::vector<Vec3f>& points, const PartPrecision& precision) {
-    PartUnits::Grid grid;
-    for (const Vec3f& p : points) {
-        grid.emplace_back();
-        for (std::size_t k = 0; k < 3; ++k)
-            grid.back()[k] =
-                static_cast<std::int32_t>(std::lround(std::ldexp(double{p[k]}, static_cast<int>(precision.base_bits))));
-    }
-    return grid;
+    std::vector<Vec3> coarse(mesh.base.vertex_count());
+    std::transform(out.begin(), out.begin() + std::ptrdiff_t(coarse.size()), coarse.begin(), to_double);
+    return coarse;
 }
 
 std::vector<Vec3f> coefficients_of(const SemiRegularMesh& mesh, const PartUnits& units, const PartParams& params,
@@ -171,7 +162,7 @@ void code_integers(CodedPart& part, const PartPrecision& precision) {
     const std::vector<LevelGain> gains = synthesis_gains(butterfly, mesh.levels);
     const auto vertices = static_cast<double>(mesh.positions.size());
     part.rounding = code_blocks(part, Channel::Geometry, precision, [&](const BlockShape& shape, unsigned level) {
-        const double move = part.params.grid() * gains[level].normal;
+        const double move = part.params.lattice.unit() * gains[level].normal;
         ScaledBlock scaled;
         scaled.unit.assign(3, move * move / vertices);
         for (const std::uint32_t v : shape.indices())
@@ -194,14 +185,14 @@ CodedPart code_lossless(const SemiRegularMesh& mesh, const PartPrecision& precis
     part.params.fast = precision.fast;
     part.params.lossless = true;
     part.params.colors = colors_of(mesh, precision.colors);
-    part.params.base_bits = static_cast<std::uint8_t>(precision.lossless);
+    part.params.lattice.bits = static_cast<std::uint8_t>(precision.lossless);
     part.params.reconstruction = 128;
     std::vector<IntegerPoint> grid = integers_of(mesh.positions, precision.lossless);
     grid.resize(mesh.base.vertex_count());
-    part.base = code_base(mesh.base, grid, part.params.base_bits, false);
+    part.base = code_base(mesh.base, grid, part.params.lattice.bits, false);
     part.mesh = renumber(mesh, part.base);
     if (mesh.levels > 0) {
-        part.params.steps.assign(mesh.levels + 1, step_to_code(part.params.grid()));
+        part.params.steps.assign(mesh.levels + 1, step_to_code(part.params.lattice.unit()));
         part.params.across = part.params.steps;
         part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
         code_integers(part, precision);
@@ -213,16 +204,19 @@ CodedPart code_lossless(const SemiRegularMesh& mesh, const PartPrecision& precis
 }  // namespace
 
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
-                    const PartUnits::Grid& grid, unsigned threads) {
+                    const Rounded& base, unsigned threads) {
     if (precision.lossless > 0) return code_lossless(mesh, precision, threads);
     CodedPart part;
     part.params.transform = transform;
     part.params.fast = precision.fast;
     part.params.colors = colors_of(mesh, precision.colors);
-    part.params.base_bits = static_cast<std::uint8_t>(precision.base_bits);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
-    part.base = code_base(mesh.base, grid.empty() ? grid_of(coarse_of(mesh, transform, threads), precision) : grid,
-                          precision.base_bits, precision.alone);
+    const Rounded own =
+        base.grid.empty()
+            ? round_to_lattice(coarse_of(mesh, transform, threads), mesh.base.faces(), precision.base_bits)
+            : base;
+    part.params.lattice = own.lattice;
+    part.base = code_base(mesh.base, own.grid, own.lattice.bits, precision.alone);
     part.mesh = renumber(mesh, part.base);
     if (mesh.levels > 0 || precision.supersedes) {
         const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);

@@ -12,7 +12,7 @@ namespace mvw {
 
 /// How finely a part is to be coded.
 struct PartPrecision {
-    unsigned base_bits = 9;
+    unsigned base_bits = 9;             // of the lattice, where none is given
     unsigned tiles = 1;
     unsigned first_tiled_level = 0;     // where tiles > 1
     unsigned bare_levels = 0;           // the finest so many have no details of the shape, attributes alone
@@ -61,9 +61,9 @@ struct ScaledBlock {
 double code_blocks(CodedPart& part, Channel channel, const PartPrecision& precision,
                    const std::function<ScaledBlock(const BlockShape&, unsigned level)>& scale);
 
-/// mesh: positions in units of the diagonal around the centre. grid: of the base's vertices, in units of
-/// 2^-precision.base_bits, or empty: the points nearest to the coarse positions that analysis leaves.
+/// mesh: positions in units of the diagonal around the centre. base: its vertices on a lattice; or without any: then
+/// these are the points nearest to the coarse positions that analysis leaves, of a lattice fitted to them.
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
-                    const PartUnits::Grid& grid, unsigned threads);
+                    const Rounded& base, unsigned threads);
 
 }  // namespace mvw

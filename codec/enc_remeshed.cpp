@@ -153,7 +153,7 @@ void code_parts(const Source& source, const BaseGrid& grid, const Painter* paint
             lay_tiles(mesh, source.options, precision);
             model.header.parts[p] = info_of(mesh, precision);
         }
-        model.parts.push_back(code_part(mesh, transform, precision, snapped.grid, threads));
+        model.parts.push_back(code_part(mesh, transform, precision, snapped.base, threads));
     }
     model.order.layers = layers_of(model.parts);
     model.header.layers = static_cast<std::uint8_t>(model.order.layers);

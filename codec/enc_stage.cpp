@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codec/enc_lattice.h"
 #include "codec/remesh/simplify.h"
 #include "codec/tiles.h"
 
@@ -42,6 +43,15 @@ std::optional<SurfaceError> error_of(const EncoderInput& input, const Mesh& mesh
     for (const Vec3& p : mesh.positions) moved.positions.push_back(input.to_model_units(p));
     if (!measurable(moved)) return std::nullopt;
     return input.reference().error_of(moved, sampling);
+}
+
+/// RMS error of a version with rounded vertices.
+double error_of(const EncoderInput& input, const Lod& lod, const Rounded& base, unsigned threads) {
+    Mesh mesh;
+    mesh.faces = lod.mesh.base.faces();
+    for (const GridPoint& p : base.grid) mesh.positions.push_back(base.lattice.point(p));
+    const std::optional<SurfaceError> error = error_of(input, mesh, sampled(kSamples, threads));
+    return error ? error->rms : 1;
 }
 
 /// Weighs what a tile's planes gain by the surface that its vertices stand for: a few long triangles may be half of it.
@@ -101,14 +111,7 @@ std::vector<Lod> versions_of(const EncoderInput& input, Lod own, const std::vect
 }
 
 double error_on_grid(const EncoderInput& input, const Lod& lod, unsigned bits, unsigned threads) {
-    Mesh rounded;
-    rounded.faces = lod.mesh.base.faces();
-    const double scale = std::ldexp(1.0, static_cast<int>(bits));
-    for (const Vec3& p : lod.mesh.positions)
-        rounded.positions.push_back(
-            {std::round(p.x * scale) / scale, std::round(p.y * scale) / scale, std::round(p.z * scale) / scale});
-    const std::optional<SurfaceError> error = error_of(input, rounded, sampled(kSamples, threads));
-    return error ? error->rms : 1;
+    return error_of(input, lod, round_to_lattice(lod.mesh.positions, lod.mesh.base.faces(), bits), threads);
 }
 
 Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& options) {
@@ -127,7 +130,8 @@ Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& 
         0, base.vertex_count(), base.edge_count(), base.face_count(), static_cast<std::uint16_t>(precision.tiles),
         0, precision.supersedes};
     std::vector<CodedPart> parts;
-    parts.push_back(code_part(lod.mesh, TransformOptions{}, precision, {}, options.threads));
+    const Rounded rounded = round_to_lattice(lod.mesh.positions, base.faces(), options.bits);
+    parts.push_back(code_part(lod.mesh, TransformOptions{}, precision, rounded, options.threads));
     weigh_by_area(parts[0], precision.tiles);
     stage.layers = layers_of(parts);
     OrderOptions order;
@@ -135,7 +139,7 @@ Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& 
     order.area_share = {1};
     order.least_bytes = 1;  // each plane of a tile by itself: together they would be a large step
     stage.chunks = order_chunks(parts, order);
-    const double first = error_on_grid(input, lod, options.bits, options.threads);
+    const double first = error_of(input, lod, rounded, options.threads);
     for (PlannedChunk& c : stage.chunks) c.error = std::min(std::sqrt(c.error + lod.error * lod.error), first);
     stage.chunks.front().error = first;
     stage.part = std::move(parts[0]);

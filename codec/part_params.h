@@ -8,12 +8,16 @@
 
 #include "codec/bytes.h"
 #include "codec/container/chunk.h"
+#include "codec/mesh/lattice.h"
 #include "codec/transform/transform.h"
 
 namespace mvw {
 
 /// Of a lossless part's grid: details, too, have to fit the planes and floats.
 inline constexpr unsigned kMaxLosslessBits = 24;
+
+/// Bit of the byte that holds a lattice's bits: its stretch and shift follow.
+inline constexpr std::uint8_t kFittedLattice = 128;
 
 /// First byte of a Base payload.
 enum BaseFlags : std::uint8_t {
@@ -80,7 +84,7 @@ inline std::string attribute_name(const AttributeParams& a) {
 /// Decoder parameters of one part.
 struct PartParams {
     std::uint8_t error_code = 0;        // error left once this chunk and all before it are there: 10^(-code/40)
-    std::uint8_t base_bits = 10;        // base positions are integers times 2^-base_bits, in units of the diagonal
+    Lattice lattice;                    // of base positions, in units of the diagonal
     std::uint8_t reconstruction = 128;  // place within a quantisation interval, in 1/256
     std::vector<std::uint8_t> steps;    // code of the normal step of plane 0 of each level, L + 1; empty for L = 0
     std::vector<std::uint8_t> across;   // likewise of the tangential steps
@@ -92,7 +96,6 @@ struct PartParams {
     [[nodiscard]] float step(unsigned level) const { return step_from_code(steps[level]); }
     [[nodiscard]] float step_across(unsigned level) const { return step_from_code(across[level]); }
     [[nodiscard]] float reconstruction_point() const { return static_cast<float>(reconstruction) / 256.0f; }
-    [[nodiscard]] double grid() const { return std::ldexp(1.0, -static_cast<int>(base_bits)); }
 };
 
 /// What attributes are transformed by: a linear rule, in no frames.

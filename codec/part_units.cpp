@@ -8,11 +8,9 @@ namespace {
 constexpr float kLineStep = 2;
 
 /// Unnormalised normals of the base's vertices. Coordinates are at most 2^31, so double is exact enough for a frame.
-std::vector<Vec3> normals_of(const BaseMesh& base, const PartUnits::Grid& grid) {
+std::vector<Vec3> normals_of(const BaseMesh& base, const PartUnits::Grid& grid, const Lattice& lattice) {
     std::vector<Vec3> normals(base.vertex_count());
-    const auto at = [&](std::uint32_t v) {
-        return Vec3{static_cast<double>(grid[v][0]), static_cast<double>(grid[v][1]), static_cast<double>(grid[v][2])};
-    };
+    const auto at = [&](std::uint32_t v) { return lattice.in_units(grid[v]); };
     for (const Face& f : base.faces()) {
         const Vec3 normal = cross(at(f[1]) - at(f[0]), at(f[2]) - at(f[0]));
         for (const std::uint32_t v : f) normals[v] += normal;
@@ -39,11 +37,9 @@ PartUnits::PartUnits(const BaseMesh& base, std::span<const std::uint8_t> creases
         if (inside) continue;
         line_edge_[b] = on_line_[e.v[0]] = on_line_[e.v[1]] = 1;
     }
-    const std::vector<Vec3> normals = normals_of(base, grid);
-    const auto scale = static_cast<float>(params.grid());
+    const std::vector<Vec3> normals = normals_of(base, grid, params.lattice);
     for (std::uint32_t v = 0; v < base.vertex_count(); ++v) {
-        const auto& g = grid[v];
-        origins_.push_back(Vec3f{static_cast<float>(g[0]), static_cast<float>(g[1]), static_cast<float>(g[2])} * scale);
+        origins_.push_back(to_float(params.lattice.point(grid[v])));
         const Vec3f normal = to_float(normalized(normals[v]));
         frames_.push_back(params.transform.local_frames ? make_frame(normal, Vec3f{1, 0, 0})
                                                         : Frame<float>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});

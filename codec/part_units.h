@@ -17,10 +17,10 @@ namespace mvw {
 /// base vertices on lines none is.
 class PartUnits {
  public:
-    using Grid = std::vector<std::array<std::int32_t, 3>>;
+    using Grid = std::vector<GridPoint>;
 
     PartUnits() = default;
-    /// creases, materials: as in SemiRegularMesh. grid: positions of the base in units of params.grid().
+    /// creases, materials: as in SemiRegularMesh. grid: positions of the base on params.lattice.
     PartUnits(const BaseMesh& base, std::span<const std::uint8_t> creases, std::span<const std::uint32_t> materials,
               const Grid& grid, const PartParams& params);
 

@@ -7,10 +7,9 @@
 
 #include "codec/entropy/adaptive_bit.h"
 #include "codec/entropy/mesh_growth.h"
+#include "codec/mesh/lattice.h"
 
 namespace mvw {
-
-using GridPoint = std::array<std::int32_t, 3>;
 
 /// Grids of more bits are not coded so: products below have to fit 64 bits.
 inline constexpr unsigned kMaxMeshBits = 24;

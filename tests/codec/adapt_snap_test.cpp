@@ -26,10 +26,10 @@ TEST(Snap, LeavesCoarsePositionsOnNormalsOfTheGridAndTheSurfaceWhereItWas) {
     for (Vec3& p : ball.positions) p *= 0.25;
     const Mesh input = plain(ball);
     constexpr unsigned kBits = 5;
-    const auto [mesh, grid] = snapped(ball, kBits);
+    const auto [mesh, base] = snapped(ball, kBits);
     PartParams params;
-    params.base_bits = kBits;
-    const PartUnits units(mesh.base, mesh.creases, mesh.materials, grid, params);
+    params.lattice = base.lattice;
+    const PartUnits units(mesh.base, mesh.creases, mesh.materials, base.grid, params);
     const std::vector<Vec3f> coarse = coarse_of(mesh);
     double along = 0, across = 0;
     for (std::uint32_t v = 0; v < mesh.base.vertex_count(); ++v) {

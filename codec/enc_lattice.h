@@ -1,0 +1,20 @@
+// Chooses the lattice of a base.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "codec/mesh/lattice.h"
+#include "codec/mesh/mesh.h"
+
+namespace mvw {
+
+/// One of cells of 2^-bits or up to a quarter more, on which rounding moves the surface least along its normals: planes
+/// across an axis, of which models of machined parts and buildings have a few, come to lie on it. The plain one where
+/// none is so much better that saying it is worth its bytes, as on scans. positions: of `faces`, in coded units.
+/// O(V log V).
+Lattice fit_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
+
+/// The points of that lattice that are nearest to the positions.
+Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
+
+}  // namespace mvw

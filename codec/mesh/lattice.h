@@ -1,0 +1,46 @@
+// The grid that the vertices of a base lie on.
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "codec/vec.h"
+
+namespace mvw {
+
+using GridPoint = std::array<std::int32_t, 3>;
+
+/// Cells of 2^-bits along each axis, or up to half as much longer and moved, so that planes of a model come to lie on
+/// it: coordinate a of a point k is (k + shift_a / 256) * (1 + stretch_a / 512) * 2^-bits.
+struct Lattice {
+    std::uint8_t bits = 10;
+    std::array<std::uint8_t, 3> stretch{}, shift{};
+
+    [[nodiscard]] bool is_plain() const {
+        return stretch == std::array<std::uint8_t, 3>{} && shift == std::array<std::uint8_t, 3>{};
+    }
+    [[nodiscard]] double unit() const { return std::ldexp(1.0, -int{bits}); }
+    /// In multiples of unit(); exact.
+    [[nodiscard]] Vec3 in_units(const GridPoint& k) const {
+        Vec3 p;
+        for (std::size_t a = 0; a < 3; ++a) p[a] = (k[a] + shift[a] / 256.0) * (1 + stretch[a] / 512.0);
+        return p;
+    }
+    [[nodiscard]] Vec3 point(const GridPoint& k) const { return in_units(k) * unit(); }
+    [[nodiscard]] GridPoint nearest(const Vec3& p) const {
+        GridPoint k{};
+        for (std::size_t a = 0; a < 3; ++a)
+            k[a] = static_cast<std::int32_t>(
+                std::lround(std::ldexp(p[a], int{bits}) / (1 + stretch[a] / 512.0) - shift[a] / 256.0));
+        return k;
+    }
+};
+
+/// Vertices on a lattice.
+struct Rounded {
+    Lattice lattice;
+    std::vector<GridPoint> grid;
+};
+
+}  // namespace mvw
