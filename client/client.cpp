@@ -149,11 +149,11 @@ class Stream::Impl {
     void note_places(const Decoder& decoder) {
         const std::lock_guard lock(look_mutex_);
         if (!view_) return;
-        std::size_t bases = 0;
+        std::size_t vertices = 0;
         for (std::size_t part = 0; part < decoder.header()->parts.size(); ++part)
-            bases += decoder.base(part) != nullptr;
-        if (bases == placed_bases_) return;
-        placed_bases_ = bases;
+            if (const BaseMesh* base = decoder.base(part)) vertices += base->vertex_count();
+        if (vertices == placed_vertices_) return;
+        placed_vertices_ = vertices;
         places_ = place_tiles(decoder);
         pass_on_wants();
     }
@@ -204,7 +204,7 @@ class Stream::Impl {
     Wants wants_;
     std::optional<View> view_;
     std::vector<TilePlace> places_;
-    std::size_t placed_bases_ = 0;
+    std::size_t placed_vertices_ = 0;
     Feed feed_;
     std::unique_ptr<asio::ssl::context> tls_;
     std::optional<ChunkCache> cache_;

@@ -27,7 +27,8 @@ struct DrawableOptions {
     bool base_edges = false;
 };
 
-/// Two drawables of one decoder with the same `level` and `parts` have the same triangles, edges and base_edges.
+/// Two drawables of one decoder with the same `level`, `parts` and number of triangles have the same triangles, edges
+/// and base_edges.
 /// NeedMoreData until a base mesh is there. O(V + F).
 Result<Drawable> make_drawable(const Decoder& decoder, const DrawableOptions& options);
 

@@ -242,11 +242,11 @@ bool HttpSession::needs_index() const {
 }
 
 bool HttpSession::is_wanted(const ChunkId& id) const {
-    if (id.channel == Channel::Original || is_only_an_end(*header_, id.part))
+    if (id.channel == Channel::Original || header_->parts[id.part].supersedes)
         return protocol::wants_everything(*header_, request());
-    if (id.channel == Channel::Base && !header_->parts[id.part].supersedes) return true;
+    if (leads_to_base(id.channel)) return true;
     if (id.level > wants_.max_level || id.layer > wants_.max_layer) return false;
-    if (header_->parts[id.part].supersedes || id.level < header_->parts[id.part].first_tiled_level) return true;
+    if (id.level < header_->parts[id.part].first_tiled_level) return true;
     const auto tile = std::find_if(wants_.tiles.begin(), wants_.tiles.end(),
                                    [&](const auto& t) { return t.part == id.part && t.tile == id.tile; });
     if (tile == wants_.tiles.end()) return wants_.other_priority != 0;

@@ -86,6 +86,7 @@ std::vector<TilePlace> place_tiles(const Decoder& decoder) {
         if (!decoder.shows(part, 0)) continue;
         if (part >= header.main_parts()) return {};  // a preview: tiles are of what follows it
         const BaseMesh* base = decoder.base(part);
+        if (base->vertex_count() < header.parts[part].base_vertices) return {};  // splits will change its faces
         const std::vector<std::uint16_t> tile_of = tile_of_faces(*base, header.parts[part].tiles);
         std::vector<Bounds> bounds(header.parts[part].tiles);
         for (std::size_t f = 0; f < tile_of.size(); ++f) {

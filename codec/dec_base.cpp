@@ -7,7 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "codec/entropy/dec_range_coder.h"
+#include "codec/entropy/dec_bits.h"
+#include "codec/entropy/model_coder.h"
 #include "codec/labels.h"
 
 namespace mvw {
@@ -68,40 +69,27 @@ bool has_faces_on_each_other(const BaseMesh& base) {
 }
 
 /// Answers code_creases() and code_materials() from bytes.
-class LabelReader {
+class LabelReader : DecodedBits, public ModelCoder<DecodedBits> {
  public:
-    explicit LabelReader(ByteSpan bytes) : decoder_(bytes) {}
-    bool code(AdaptiveBit& bit, bool) {
-        const bool value = decoder_.decode(bit.probability());
-        bit.learn(value);
-        return value;
-    }
-
- private:
-    RangeDecoder<false> decoder_;
+    explicit LabelReader(ByteSpan bytes)
+        : DecodedBits(bytes), ModelCoder<DecodedBits>(static_cast<DecodedBits&>(*this)) {}
+    using ModelCoder<DecodedBits>::code;
 };
-
-Lattice read_lattice(ByteReader& in) {
-    Lattice lattice;
-    const std::uint8_t bits = in.u8();
-    lattice.bits = static_cast<std::uint8_t>(bits & ~kFittedLattice);
-    if ((bits & kFittedLattice) == 0) return lattice;
-    for (std::uint8_t& s : lattice.stretch) s = in.u8();
-    for (std::uint8_t& s : lattice.shift) s = in.u8();
-    return lattice;
-}
 
 Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_t transform, std::uint8_t& flags) {
     PartParams p;
     flags = in.u8();
     p.error_code = in.u8();
     p.lattice = read_lattice(in);
+    if (in.ok() && info.progressive && (flags & (kBaseCreases | kBaseLossless | kBaseTransform)) != 0)
+        return malformed(kCannotSplit);
     if (in.ok() && (flags & kBaseSequential) != 0 && (flags & kBaseGrown) != 0)
         return malformed("the base's mesh is coded in two ways");
-    if (in.ok() && (p.lattice.bits < 1 || p.lattice.bits > 30)) return malformed("the base's precision is out of range");
+    if (in.ok() && (p.lattice.bits < 1 || p.lattice.bits > 30))
+        return malformed("the base's precision is out of range");
     if (transform >= kTransformCount) return Error{Errc::Unsupported, 0, "the transform is unknown"};
     p.transform.kind = TransformKind{transform};
-    if (info.levels > 0 || info.supersedes) {
+    if (info.has_planes()) {
         p.reconstruction = in.u8();
         for (unsigned level = 0; level <= info.levels; ++level) p.steps.push_back(in.u8());
         for (unsigned level = 0; level <= info.levels; ++level) p.across.push_back(in.u8());
@@ -117,7 +105,8 @@ Result<PartParams> read_params(ByteReader& in, const PartInfo& info, std::uint8_
     }
     p.fast = (flags & kBaseFast) != 0;
     p.lossless = (flags & kBaseLossless) != 0;
-    if (p.lossless && (p.lattice.bits > kMaxLosslessBits || !p.lattice.is_plain())) return malformed("the base's precision is out of range");
+    if (p.lossless && (p.lattice.bits > kMaxLosslessBits || !p.lattice.is_plain()))
+        return malformed("the base's precision is out of range");
     if (!in.ok()) return malformed("the base is cut");
     return p;
 }
@@ -179,13 +168,35 @@ Result<GridMesh> read_level_0(ByteSpan bytes, unsigned flags, unsigned bits, con
 
 }  // namespace
 
-Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& info, std::uint8_t transform) {
+namespace {
+
+/// What a progressive part begins with: its topology is that of what it leads to.
+Result<PartInfo> read_coarse_counts(ByteReader& in, const PartInfo& fine) {
+    PartInfo coarse = fine;
+    const std::uint64_t vertices = in.varint(), faces = in.varint();
+    const std::int64_t euler = std::int64_t{fine.base_vertices} - fine.base_edges + fine.base_faces;
+    const std::int64_t edges = static_cast<std::int64_t>(vertices + faces) - euler;
+    if (!in.ok() || vertices < 3 || vertices > fine.base_vertices || faces < 1 || faces > fine.base_faces ||
+        edges < 3 || 3 * faces > 2 * static_cast<std::uint64_t>(edges))
+        return malformed("the base's counts do not fit the header's");
+    coarse.base_vertices = static_cast<std::uint32_t>(vertices);
+    coarse.base_faces = static_cast<std::uint32_t>(faces);
+    coarse.base_edges = static_cast<std::uint32_t>(edges);
+    return coarse;
+}
+
+}  // namespace
+
+Result<DecodedBase> read_base(ByteSpan payload, const PartInfo& part, std::uint8_t transform) {
     ByteReader in(payload);
     DecodedBase base;
     std::uint8_t flags = 0;
-    Result<PartParams> params = read_params(in, info, transform, flags);
+    Result<PartParams> params = read_params(in, part, transform, flags);
     if (!params.ok()) return params.error();
     base.params = *params;
+    const Result<PartInfo> counts = part.progressive ? read_coarse_counts(in, part) : part;
+    if (!counts.ok()) return counts.error();
+    const PartInfo& info = *counts;
     const ByteSpan mesh_bytes = read_section(in);
     const ByteSpan creases = flags & kBaseCreases ? read_section(in) : ByteSpan{};
     const ByteSpan materials = flags & kBaseMaterials ? read_section(in) : ByteSpan{};

@@ -11,6 +11,10 @@
 
 namespace mvw {
 
+/// What is wrong with a progressive part that has creases, attributes, another transform or a lattice of too many bits,
+/// or is lossless.
+inline constexpr const char* kCannotSplit = "a progressive part holds what splits do not keep";
+
 /// How a base's mesh is coded: by Draco's edgebreaker or sequential method, or triangle by triangle
 /// (entropy/mesh_coder.h).
 enum class BaseMethod : std::uint8_t { Edgebreaker, Sequential, Grown };
@@ -19,9 +23,9 @@ enum class BaseMethod : std::uint8_t { Edgebreaker, Sequential, Grown };
 struct DecodedBase {
     PartParams params;
     BaseMesh mesh;
-    std::vector<GridPoint> grid;          // V positions on params.lattice
-    std::vector<std::uint8_t> creases;              // empty, or one for each edge
-    std::vector<std::uint32_t> materials;           // empty, or one for each face
+    std::vector<GridPoint> grid;           // V positions on params.lattice
+    std::vector<std::uint8_t> creases;     // empty, or one for each edge
+    std::vector<std::uint32_t> materials;  // empty, or one for each face
 };
 
 /// FORMAT.md 4.1. Counts must be those of `info`; they are held against the bytes present (at most kMaxFacesPerByte

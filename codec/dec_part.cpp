@@ -5,7 +5,9 @@
 #include <atomic>
 #include <iterator>
 #include <string>
+#include <utility>
 
+#include "codec/entropy/dec_splits.h"
 #include "codec/entropy/packed_planes.h"
 #include "codec/tiles.h"
 
@@ -49,6 +51,15 @@ bool are_facets(const BaseMesh& base, const std::vector<std::uint8_t>& creases) 
     return std::find(edges_at.begin(), edges_at.end(), 2) == edges_at.end();
 }
 
+/// Whether coordinates are as small as those of vertices that splits make.
+bool fits_splits(const DecodedBase& base) {
+    const unsigned bits = base.params.lattice.bits;
+    const std::int64_t most = std::int64_t{2} << bits;
+    return bits <= kMostSplitBits && std::all_of(base.grid.begin(), base.grid.end(), [most](const GridPoint& p) {
+               return std::all_of(p.begin(), p.end(), [most](std::int64_t x) { return -most <= x && x <= most; });
+           });
+}
+
 unsigned finest_within(const PartInfo& info, std::uint64_t most) {
     unsigned level = info.levels;
     while (level > 0 && vertices_at_level(info.base_vertices, info.base_edges, info.base_faces, level) > most) --level;
@@ -71,8 +82,9 @@ Result<void> PartDecoder::take(const ChunkId& id, ByteSpan payload, bool whole) 
     if (id.channel == Channel::Base) return whole && !base_ ? take_base(payload) : Result<void>{};
     if (id.channel == Channel::Attributes)
         return whole && attributes_.empty() ? take_attributes(payload) : Result<void>{};
+    if (id.channel == Channel::Splits) return take_splits(id, payload, whole);
     if (!is_coefficients(id.channel) || id.level > finest_) return {};
-    if (id.channel == Channel::Geometry && info_.levels == 0 && !info_.supersedes) return {};
+    if (id.channel == Channel::Geometry && !info_.has_planes()) return {};
     const ChunkId here{static_cast<std::uint16_t>(id.channel), id.tile, id.level, id.layer, id.channel};
     const Result<Taken> taken = take_planes(here, payload, whole);
     if (!taken.ok()) return taken.error();
@@ -87,22 +99,91 @@ Result<void> PartDecoder::take_base(ByteSpan payload) {
         return Error{Errc::LimitExceeded, 0, "the base takes more vertices or memory than the limit"};
     Result<DecodedBase> base = read_base(payload, info_, transform_kind_);
     if (!base.ok()) return base.error();
+    if (info_.progressive && info_.base_vertices > most_vertices_ / 2)  // two of them are there for a moment
+        return Error{Errc::LimitExceeded, 0, "the triangles take more memory than the limit"};
+    if (info_.progressive && !fits_splits(*base)) return malformed(kCannotSplit);
     base_ = std::move(*base);
     error_code_ = base_->params.error_code;
+    if (info_.progressive && !is_grown())
+        splitting_ = std::make_unique<ProgressiveMesh>(
+            ProgressiveMesh{SplitMesh(base_->mesh, base_->materials), {base_->params.lattice, base_->grid}});
+    adopt_base();
+    take_waiting_splits();
+    return {};
+}
+
+void PartDecoder::adopt_base() {
     flat_ = flat_ && are_facets(base_->mesh, base_->creases);
     whole_ = Tiling(base_->mesh, std::vector<std::uint16_t>(base_->mesh.face_count(), 0), 1);
-    tiling_ = Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles);
+    tiling_ = is_grown() ? Tiling(base_->mesh, tile_of_faces(base_->mesh, info_.tiles), info_.tiles) : whole_;
     blocks_.resize((1 + attributes_.size()) * info_.tiles * (finest_ + 1u));
     units_ = PartUnits(base_->mesh, base_->creases, base_->materials, base_->grid, base_->params);
+    coefficients_.clear();
     coefficients_.reserve(base_->grid.size());
     for (std::uint32_t v = 0; v < base_->grid.size(); ++v) coefficients_.push_back(units_.origin(v));
     if (base_->params.lossless) integers_ = base_->grid;
     changed_tiles_.assign(info_.tiles, 0);
     retry_all_waiting();
+}
+
+/// One after the other, a beginning last.
+Result<void> PartDecoder::take_splits(const ChunkId& id, ByteSpan payload, bool whole) {
+    if (id.layer < next_splits_) return {};
+    if (!base_ || id.layer > next_splits_) {
+        const ChunkId key{static_cast<std::uint16_t>(Channel::Splits), 0, 0, id.layer, Channel::Splits};
+        if (whole) waiting_.emplace(key, Bytes(payload.begin(), payload.end()));
+        return {};
+    }
+    const Result<void> done = split(payload, whole);
+    if (done.ok() && whole) take_waiting_splits();
+    return done;
+}
+
+void PartDecoder::take_waiting_splits() {
+    for (;;) {
+        const auto next =
+            waiting_.extract(ChunkId{static_cast<std::uint16_t>(Channel::Splits), 0, 0, next_splits_, Channel::Splits});
+        if (next.empty() || !split(next.mapped(), true).ok()) return;
+    }
+}
+
+Result<void> PartDecoder::split(ByteSpan payload, bool whole) {
+    if (!splitting_) return malformed(kNoSplits);
+    // What follows a beginning or damaged bytes cannot be used.
+    std::unique_ptr<ProgressiveMesh> next = std::exchange(splitting_, nullptr);
+    ByteReader in(payload);
+    const Lattice before = next->at.lattice;
+    const SplitsFront front = read_splits_front(in, before);
+    if (!in.ok()) return whole ? Result<void>(malformed("a chunk is too short")) : Result<void>{};
+    unsigned bits = before.bits;
+    bool in_range = !front.rounds.empty() && front.rounds.size() <= kMostSplitRounds;
+    for (const Lattice& lattice : front.rounds) {
+        in_range &= lattice.bits >= 1 && lattice.bits <= std::min(bits + kMostFinerBits, kMostSplitBits);
+        bits = lattice.bits;
+    }
+    if (!in_range) return malformed("a round of splits is out of range");
+    const Result<void> done =
+        decode_splits(front.rounds, in.bytes(in.remaining()), whole, info_.base_vertices, info_.base_faces, *next);
+    if (!done.ok()) return done;
+    Result<BaseMesh> mesh = BaseMesh::create(next->mesh.vertex_count(), next->mesh.faces());
+    if (!mesh.ok()) return mesh.error();
+    if (mesh->vertex_count() == info_.base_vertices &&
+        (mesh->face_count() != info_.base_faces || mesh->edge_count() != info_.base_edges))
+        return malformed(kNoSplits);
+    base_->mesh = std::move(*mesh);
+    base_->grid = next->at.grid;
+    base_->materials = next->mesh.materials();
+    base_->params.lattice = next->at.lattice;
+    if (whole) error_code_ = std::max(error_code_, front.error_code);
+    adopt_base();
+    if (!whole) return {};
+    ++next_splits_;
+    if (!is_grown()) splitting_ = std::move(next);
     return {};
 }
 
 Result<void> PartDecoder::take_attributes(ByteSpan payload) {
+    if (info_.progressive) return malformed(kCannotSplit);
     Result<std::vector<AttributeParams>> params = read_attributes(payload, info_);
     if (!params.ok()) return params.error();
     const std::uint64_t V = vertices_at_level(info_.base_vertices, info_.base_edges, info_.base_faces, finest_);
@@ -119,6 +200,7 @@ Result<void> PartDecoder::take_attributes(ByteSpan payload) {
 void PartDecoder::retry_all_waiting() {
     std::vector<ChunkId> blocks;  // parents come first
     for (const auto& [id, payload] : waiting_) {
+        if (id.channel == Channel::Splits) continue;
         const bool same = !blocks.empty() && blocks.back().channel == id.channel && blocks.back().tile == id.tile &&
                           blocks.back().level == id.level;
         if (!same) blocks.push_back(id);
@@ -131,7 +213,7 @@ Result<PartDecoder::Readiness> PartDecoder::readiness(const ChunkId& id, const G
     if (front.top_plane < low || front.top_plane >= std::min<unsigned>(layers_, kMaxPlanes))
         return malformed("a chunk's planes are out of range");
     if (front.needs_parent && !has_parents(id.level)) return malformed("a chunk needs a level that has no details");
-    if (!base_) return Readiness::Waits;
+    if (!base_ || !is_grown()) return Readiness::Waits;
     if (!kind_of(id.channel) && attributes_.empty()) return Readiness::Waits;
     if (!kind_of(id.channel)) return malformed("an attribute comes that the part has not");
     const unsigned here = reached(id, id.level);

@@ -9,6 +9,7 @@
 #include "codec/dec_attribute.h"
 #include "codec/dec_base.h"
 #include "codec/entropy/dec_block.h"
+#include "codec/entropy/progressive_mesh.h"
 #include "codec/part_units.h"
 #include "codec/transform/integer.h"
 #include "codec/transform/tables.h"
@@ -60,6 +61,13 @@ class PartDecoder {
     enum class Readiness { Ready, Waits, Known };
 
     Result<void> take_base(ByteSpan payload);
+    /// Lays out what there is for base_ as it is now.
+    void adopt_base();
+    Result<void> take_splits(const ChunkId& id, ByteSpan payload, bool whole);
+    void take_waiting_splits();
+    Result<void> split(ByteSpan payload, bool whole);
+    /// Whether no splits are to come.
+    [[nodiscard]] bool is_grown() const { return base_->mesh.vertex_count() == info_.base_vertices; }
     Result<void> take_attributes(ByteSpan payload);
     void retry_all_waiting();
     enum class Taken { Used, Waits, Dropped };
@@ -129,6 +137,8 @@ class PartDecoder {
     unsigned finest_ = 0, detail_level_ = 0;
     std::uint8_t error_code_ = 0;
     std::optional<DecodedBase> base_;
+    std::unique_ptr<ProgressiveMesh> splitting_;  // of a progressive part, while splits can come
+    std::uint8_t next_splits_ = 0;                // layer
     PartUnits units_;
     bool flat_ = true;                            // facets, of which no details have come
     Tiling whole_, tiling_;                       // of levels below info_.first_tiled_level, and of the others

@@ -43,12 +43,9 @@ struct Decoder::State {
     Result<bool> read_chunk(ByteSpan rest, std::size_t& used);
     bool take_chunk(const ChunkId& id, ByteSpan payload, bool whole);
     void came(const ChunkId& id);
-    /// The last closing part whose base is there, else the number of parts.
-    [[nodiscard]] std::size_t closed_by() const {
-        if (header)
-            for (std::size_t part = parts.size(); part-- > header->main_parts();)
-                if (header->parts[part].supersedes && parts[part].has_base()) return part;
-        return parts.size();
+    /// Whether the closing part's base is there.
+    [[nodiscard]] bool is_closed() const {
+        return header && header->parts.back().supersedes && parts.back().has_base();
     }
     /// Whether a preview's base is there, and the main parts are not nearer to the input yet; those who ask for a level
     /// get it as soon as these have their bases.
@@ -62,7 +59,6 @@ struct Decoder::State {
         }
         return any_level && code <= parts[main].error_code();
     }
-    [[nodiscard]] bool is_closed() const { return closed_by() < parts.size(); }
     [[nodiscard]] unsigned finest() const {
         unsigned level = 0;
         for (const PartDecoder& part : parts) level = std::max(level, part.finest_level());
@@ -270,8 +266,7 @@ bool Decoder::shows(std::size_t part, unsigned level) const {
     const State& s = *state_;
     if (part >= s.parts.size() || !s.parts[part].has_base()) return false;
     const bool any_level = level > s.finest();
-    const std::size_t closed_by = any_level ? s.closed_by() : s.parts.size();
-    if (closed_by < s.parts.size()) return part == closed_by;
+    if (any_level && s.is_closed()) return part + 1 == s.parts.size();
     return s.is_previewed(any_level) ? part == s.header->main_parts() : part < s.header->main_parts();
 }
 

@@ -58,11 +58,12 @@ class Decoder {
     /// mesh is there.
     [[nodiscard]] Result<Mesh> mesh(unsigned level = 255) const;
 
-    /// Whether mesh(level) holds one of the header's parts: those whose bases are there, but where some stand for all
-    /// (PartInfo::supersedes), either the last of these, for levels above all others', or the others, before which
-    /// there may be a preview (PartInfo::preview).
+    /// Whether mesh(level) holds one of the header's parts: those whose bases are there, but where one stands for all
+    /// (PartInfo::supersedes), either this, for levels above all others', or the others, before which there may be a
+    /// preview (PartInfo::preview).
     [[nodiscard]] bool shows(std::size_t part, unsigned level) const;
-    /// Connectivity of level 0 of one of the header's parts; null until its base is there. mesh() holds the parts that
+    /// Connectivity of level 0 of one of the header's parts; null until its base is there. Of a progressive part it has
+    /// fewer vertices than the header says until all splits are there. mesh() holds the parts that
     /// it shows in the header's order, each with V(l) vertices and its faces as in triangles_at_level(base, l), where
     /// l is min(level, finest_level(part)).
     [[nodiscard]] const BaseMesh* base(std::size_t part) const;

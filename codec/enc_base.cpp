@@ -7,8 +7,9 @@
 #include <memory>
 #include <unordered_map>
 
+#include "codec/entropy/enc_bits.h"
 #include "codec/entropy/enc_mesh.h"
-#include "codec/entropy/enc_range_coder.h"
+#include "codec/entropy/model_coder.h"
 #include "codec/labels.h"
 #include "codec/mesh/vertex_data.h"
 
@@ -144,17 +145,10 @@ bool adopt(CodedBase& coded, const BaseMesh& source, const std::vector<GridPoint
     return Matcher(source, grid, coded).run();
 }
 
-class LabelWriter {
+class LabelWriter : EncodedBits, public ModelCoder<EncodedBits> {
  public:
-    bool code(AdaptiveBit& bit, bool value) {
-        encoder_.encode(value, bit.probability());
-        bit.learn(value);
-        return value;
-    }
-    Bytes finish() { return encoder_.finish(); }
-
- private:
-    RangeEncoder encoder_;
+    LabelWriter() : ModelCoder<EncodedBits>(static_cast<EncodedBits&>(*this)) {}
+    using ModelCoder<EncodedBits>::code, EncodedBits::take_bytes;
 };
 
 void write_section(ByteWriter& out, ByteSpan bytes) {
@@ -289,12 +283,7 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
                                      (params.lossless ? kBaseLossless : 0) |
                                      (params.colors.empty() ? 0 : kBaseColors)));
     out.u8(params.error_code);
-    const Lattice& lattice = params.lattice;
-    out.u8(lattice.is_plain() ? lattice.bits : lattice.bits | kFittedLattice);
-    if (!lattice.is_plain()) {
-        for (const std::uint8_t s : lattice.stretch) out.u8(s);
-        for (const std::uint8_t s : lattice.shift) out.u8(s);
-    }
+    write_lattice(out, params.lattice);
     if (!params.steps.empty()) {
         out.u8(params.reconstruction);
         for (const std::uint8_t code : params.steps) out.u8(code);
@@ -305,18 +294,22 @@ Bytes write_base(const CodedBase& base, const SemiRegularMesh& mesh, const PartP
         out.u8(static_cast<std::uint8_t>((t.table1_weights ? 1 : 0) | (t.loop_template == 4 ? 2 : 0) |
                                          (t.local_frames ? 0 : 4)));
     }
+    if (base.progressive) {
+        out.varint(base.mesh.vertex_count());
+        out.varint(base.mesh.face_count());
+    }
     write_section(out, base.bytes);
     if (creases) {
         LabelWriter writer;
         std::vector<std::uint8_t> bits = mesh.creases;
         code_creases(mesh.base, bits, writer);
-        write_section(out, writer.finish());
+        write_section(out, writer.take_bytes());
     }
     if (!mesh.materials.empty()) {
         LabelWriter writer;
         std::vector<std::uint32_t> labels = mesh.materials;
         code_materials(mesh.base, labels, writer);
-        write_section(out, writer.finish());
+        write_section(out, writer.take_bytes());
     }
     if (!params.colors.empty()) write_colors(out, params.colors);
     return out.take();

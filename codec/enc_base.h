@@ -12,13 +12,14 @@ struct CodedBase {
     Bytes bytes;                              // Draco's without the 11 in front
     BaseMesh mesh;                            // as a decoder will have it
     std::vector<GridPoint> grid;              // its vertices' positions on the lattice
+    bool progressive = false;                 // splits follow: the counts are not the header's
     std::vector<std::uint32_t> source_face;   // of each decoded face, and
     std::vector<std::uint8_t> source_corner;  // which corner of it became corner 0
 };
 
-/// grid: the source's vertices on a lattice of so many bits, below 2^30. alone: whether it is all of a part, which is Draco's;
-/// else the way of fewest bytes is taken, mostly our own (entropy/enc_mesh.h). Cannot fail for a valid base: what
-/// edgebreaker would change is coded sequentially.
+/// grid: the source's vertices on a lattice of so many bits, below 2^30. alone: whether it is all of a part, which is
+/// Draco's; else the way of fewest bytes is taken, mostly our own (entropy/enc_mesh.h). Cannot fail for a valid base:
+/// what edgebreaker would change is coded sequentially.
 CodedBase code_base(const BaseMesh& source, const std::vector<GridPoint>& grid, unsigned bits, bool alone);
 
 /// A mesh on a grid by Draco, without the 11 bytes in front; empty where it refuses. speed: 0 (best) to 10.

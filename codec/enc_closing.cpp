@@ -1,14 +1,15 @@
 #include "codec/enc_closing.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
+#include <deque>
+#include <iterator>
 #include <map>
 #include <span>
 #include <utility>
 
 #include "codec/container/enc_file.h"
+#include "codec/enc_progressive.h"
 #include "codec/enc_remeshed.h"
 #include "codec/enc_stage.h"
 #include "codec/enc_switch.h"
@@ -26,7 +27,8 @@ constexpr double kInvisible = 2.5e-5;    // RMS, 92 dB: what is better counts no
 constexpr double kNothing = 1.78e-2;     // RMS, 35 dB: what beginnings that show nothing count as
 constexpr double kVisible = 2e-3;        // largest distance, or ...
 constexpr double kRough = 1e-4;          // ... RMS error, of surfaces that may take more bytes, ...
-constexpr double kMostGrowthVisible = 4, kMostGrowth = 1.4;  // ... so many times more; and others
+constexpr double kMostGrowthVisible = 4, kMostGrowth = 1.4;  // ... so many times more; and others, ...
+constexpr double kMostGrowthOfPlain = 1.6;                   // ... and where plain triangles come first
 constexpr double kFinestError = 3e-6, kFinalError = 3e-5;    // RMS, that a closed file leaves at least, at most ...
 constexpr double kFinalShare = 0.75;                         // ... and of what wavelets left
 constexpr double kFinestErrorOfPlain = 1e-5;                 // at least, where a file is without wavelets
@@ -35,19 +37,18 @@ constexpr double kFinalDistance = 2e-4;                      // largest one, tha
 // something was wrong.
 constexpr double kMostLost = 0.4, kMostLostVisible = 0.5;
 constexpr double kFinerGain = 0.1;                   // dB in the mean, for a finer grid than the coarsest
+constexpr double kMostPreview = 0.5;                 // of the wavelets' bytes
 constexpr double kGainOfPreview = 0.5;               // likewise, for a version that is shown before the wavelets are
-constexpr double kGainOfPlain = 1.5;                 // likewise, for a file without wavelets
+constexpr double kGainOfPlain = 1;                   // likewise, for a file without wavelets
 constexpr unsigned kFewestBits = 9, kMostBits = 14;  // of the grid behind wavelets: coarser ones look rough
 constexpr unsigned kMostTried = 3;                   // of these
 constexpr unsigned kFewestBitsOfPlain = 7;
-constexpr unsigned kBitsOfStage = 2;     // so many at least by which a version's planes refine its base's grid
 constexpr double kShareOfVersion = 0.7;  // of the error at a version's end, that is the version's own
 constexpr double kShareOfLast = 0.5;     // likewise, of the last one
-constexpr double kMoreFaces = 1.4;       // times the faces of a version, that the next one has at least
-constexpr unsigned kFinerFirst = 2;      // a file's first version comes on its grid or one finer by up to so many bits
-constexpr double kAsGood = 0.995;        // times the error of what follows, that the first version has at least, ...
-constexpr std::array kSteps{kSmallStep, 1.25, 1.6};  // ... and at most so many times, the least that there is
-constexpr std::uint32_t kMostFacesOfFirst = 10'000;
+constexpr unsigned kFinerPreview = 2;    // a preview comes on its version's grid or one finer by so many bits
+constexpr std::uint32_t kMostFacesOfPreview = 10'000;
+constexpr double kBytesInFront = 110;        // of a file, before the mesh of its first base
+constexpr int kPointsInChunk = 6;            // of splits: each of these brings the surface nearer
 constexpr std::size_t kMostFaces = 400'000;  // of the input: simplifying and coding more takes long and gains little
 
 bool has_borders(const Mesh& mesh) {
@@ -95,14 +96,15 @@ struct RatedGrid {
     bool is_large_step;  // from the wavelets at their end
 };
 
-/// Stages one after the other: the first chunks of each, up to where the next one's base is about as good.
-struct Chain {
+/// What a file may come to.
+struct Choice {
     bool wavelets = true;
-    const Stage* first = nullptr;  // all at once: before the wavelets, or in their place
-    std::vector<const Stage*> closing;
+    const Stage* preview = nullptr;  // before the wavelets
+    const Stage* closing = nullptr;  // behind them
+    const Stage* instead = nullptr;  // without them
 };
 
-/// Looks for the chain that is worth most.
+/// Looks for the choice that is worth most.
 class Search {
  public:
     Search(const EncoderInput& input, const Opening& opening, const ClosingOptions& options)
@@ -117,11 +119,13 @@ class Search {
           most_(wavelets_ * (is_visible_                      ? kMostGrowthVisible
                              : opening.whole.rms > kInvisible ? kMostGrowth
                                                               : 1)),
-          most_plain_(std::max(most_, wavelets_ * kMostGrowth)),
+          most_plain_(std::max(most_, wavelets_ * kMostGrowthOfPlain)),
           least_(least_beginning(input)) {}
 
-    [[nodiscard]] std::optional<Chain> run();
-    [[nodiscard]] double most_bytes(const Chain& chain) const { return chain.first ? most_plain_ : most_; }
+    [[nodiscard]] std::optional<Choice> run();
+    [[nodiscard]] double most_bytes(const Choice& choice) const {
+        return choice.preview || choice.instead ? most_plain_ : most_;
+    }
 
  private:
     // In the place of bits: the version that files end with, behind wavelets and without these.
@@ -129,22 +133,16 @@ class Search {
 
     [[nodiscard]] bool make_versions();
     [[nodiscard]] std::vector<RatedGrid> grids_behind_wavelets() const;
-    [[nodiscard]] bool make_firsts();
+    void make_previews();
     [[nodiscard]] double opening_error(std::size_t chunk) const;
     [[nodiscard]] double error_of_wavelets(double bytes) const;
-    [[nodiscard]] bool is_much_coarser(unsigned version, unsigned than) const {
-        return versions_.at(version).mesh.base.face_count() * kMoreFaces <= versions_.at(than).mesh.base.face_count();
-    }
-    [[nodiscard]] const Stage* first_before(double error) const;
-    const Stage& stage(unsigned bits, unsigned to);
     /// Bytes of a file, and what it is worth more than the wavelets alone, in dB in the mean.
     struct Rating {
         double bytes, gain;
     };
-    [[nodiscard]] Rating rate(const Chain& chain) const;
-    void extend(Chain& chain, unsigned bits);
-    void offer_closed(const Chain& chain);
-    void offer_plain(Chain chain);
+    [[nodiscard]] Rating rate(const Choice& choice) const;
+    void offer_closed();
+    void offer_plain();
     void offer_previews();
 
     const EncoderInput& input_;
@@ -156,9 +154,10 @@ class Search {
     const double wavelets_, most_, most_plain_, least_;  // bytes
     std::map<unsigned, double> grid_error_;              // of the input's vertices, by bits
     std::map<unsigned, Lod> versions_;                   // by the bits of the grid that is about as bad
-    std::map<std::pair<unsigned, unsigned>, Stage> stages_;
-    std::vector<Stage> firsts_;
-    std::optional<Chain> best_;
+    std::deque<Stage> stages_;                           // tried
+    std::vector<const Stage*> previews_;
+    std::optional<Progressive> progressive_;
+    std::optional<Choice> best_;
     double gain_ = 0;  // of the best one
 };
 
@@ -214,150 +213,108 @@ double Search::error_of_wavelets(double bytes) const {
     return error;
 }
 
-/// Versions as they come all at once. False where none is nearer to the input than wavelets of as many bytes.
-bool Search::make_firsts() {
-    const auto add = [&](unsigned version, unsigned bits) -> const Stage& {
-        return firsts_.emplace_back(
-            code_stage(input_, versions_.at(version), {bits, 0, options_.fast, options_.threads}));
-    };
+/// None where no version is nearer to the input than wavelets of as many bytes.
+void Search::make_previews() {
     bool any = false;
     for (const auto& [version, lod] : versions_) {
-        if (version < kFewestBitsOfPlain || lod.mesh.base.face_count() > kMostFacesOfFirst) continue;
-        const PlannedChunk& base = add(version, version + 1).chunks.front();
-        const double bytes = std::max(bytes_of(base), least_);
-        any = any || (bytes < wavelets_ && base.error * kSmallStep < error_of_wavelets(bytes));
-    }
-    if (!any) return false;
-    for (const auto& [version, lod] : versions_) {
-        if (version < kFewestBitsOfPlain || lod.mesh.base.face_count() > kMostFacesOfFirst) continue;
-        for (unsigned finer = 0; finer <= kFinerFirst; ++finer)
-            if (finer != 1) add(version, version + finer);
-    }
-    return true;
-}
-
-/// The shortest first stage that a base with this error may follow.
-const Stage* Search::first_before(double error) const {
-    for (const double step : kSteps) {
-        const Stage* best = nullptr;
-        for (const Stage& s : firsts_) {
-            const PlannedChunk& base = s.chunks.front();
-            if (base.error < kAsGood * error || base.error > step * error) continue;
-            if (!best || bytes_of(base) < bytes_of(best->chunks.front())) best = &s;
+        if (version < kFewestBitsOfPlain || lod.mesh.base.face_count() > kMostFacesOfPreview) continue;
+        for (const unsigned finer : {0u, kFinerPreview}) {
+            const StageOptions options{version + finer, 0, options_.fast, options_.threads};
+            previews_.push_back(&stages_.emplace_back(code_stage(input_, lod, options)));
+            const PlannedChunk& base = previews_.back()->chunks.front();
+            const double bytes = std::max(bytes_of(base), least_);
+            any = any || (bytes < wavelets_ && base.error * kSmallStep < error_of_wavelets(bytes));
         }
-        if (best) return best;
     }
-    return nullptr;
+    if (!any) previews_.clear();
 }
 
-/// A base on a grid of so many bits, and planes as far as a grid of `to` bits would be.
-const Stage& Search::stage(unsigned bits, unsigned to) {
-    const auto found = stages_.find({bits, to});
-    if (found != stages_.end()) return found->second;
-    const double error = to == kLast          ? final_error_
-                         : to == kLastOfPlain ? final_error_of_plain_
-                                              : kShareOfVersion * grid_error_.at(to);
-    Stage made = code_stage(input_, versions_.at(to), {bits, error, options_.fast, options_.threads});
-    return stages_.emplace(std::pair(bits, to), std::move(made)).first->second;
-}
-
-Search::Rating Search::rate(const Chain& chain) const {
+Search::Rating Search::rate(const Choice& choice) const {
     Worth alone(least_), worth(least_);
     double shown = kNothing;
     const auto add = [&](const PlannedChunk& chunk, double error) {
-        worth.add(bytes_of(chunk), shown = std::min(shown, error));
+        const int points = chunk.id.channel == Channel::Splits ? kPointsInChunk : 1;
+        const double before = shown;
+        shown = std::min(shown, error);
+        for (int k = 1; k <= points; ++k)
+            worth.add(bytes_of(chunk) / points, before * std::pow(shown / before, double(k) / points));
     };
-    const auto until = [&](std::size_t next) {  // that closing stage's base, if there is one
-        return next < chain.closing.size() ? chain.closing[next]->chunks.front().error * kSmallStep : 0;
-    };
-    if (chain.first) add(chain.first->chunks.front(), chain.first->chunks.front().error);
-    bool goes_on = chain.wavelets;
+    for (std::size_t i = 0; choice.preview && i < choice.preview->chunks.size(); ++i)
+        add(choice.preview->chunks[i], choice.preview->chunks[i].error);
+    const double until = choice.closing ? choice.closing->chunks.front().error * kSmallStep : 0;
+    bool goes_on = choice.wavelets;
     for (std::size_t i = 0; i < opening_.plan.size(); ++i) {
         const double error = opening_error(i);
         alone.add(bytes_of(opening_.plan[i]), error);
         if (goes_on) add(opening_.plan[i], error);
-        goes_on = goes_on && shown > until(0);
+        goes_on = goes_on && shown > until;
     }
-    for (std::size_t k = 0; k < chain.closing.size(); ++k)
-        for (const PlannedChunk& c : chain.closing[k]->chunks) {
-            add(c, c.error);
-            if (c.error <= until(k + 1)) break;
-        }
+    for (const Stage* stage : {choice.closing, choice.instead})
+        for (std::size_t i = 0; stage && i < stage->chunks.size(); ++i) add(stage->chunks[i], stage->chunks[i].error);
     const double bytes = worth.bytes(), end = std::max({bytes, wavelets_, 2 * least_});
     return {bytes, (worth.up_to(end) - alone.up_to(end)) / std::log(end / least_)};
 }
 
-void Search::offer_closed(const Chain& chain) {
-    const auto [bytes, gain] = rate(chain);
-    const double most_lost = is_visible_ ? kMostLostVisible : kMostLost * wavelets_ / bytes;
-    if (bytes > most_ || gain < -most_lost) return;
-    // Finer grids come later in the file, which is longer then.
-    if (best_ && (gain < gain_ + kFinerGain || (!is_visible_ && bytes > wavelets_))) return;
-    gain_ = gain;
-    best_ = chain;
+void Search::offer_closed() {
+    for (const RatedGrid& grid : grids_behind_wavelets()) {
+        if (best_ && grid.is_large_step) return;  // only where it must be
+        const StageOptions options{grid.bits, final_error_, options_.fast, options_.threads};
+        Choice choice;
+        choice.closing = &stages_.emplace_back(code_stage(input_, versions_.at(kLast), options));
+        const auto [bytes, gain] = rate(choice);
+        const double most_lost = is_visible_ ? kMostLostVisible : kMostLost * wavelets_ / bytes;
+        if (bytes > most_ || gain < -most_lost) continue;
+        // Finer grids come later in the file, which is longer then.
+        if (best_ && (gain < gain_ + kFinerGain || (!is_visible_ && bytes > wavelets_))) continue;
+        gain_ = gain;
+        best_ = choice;
+    }
 }
 
-void Search::offer_plain(Chain chain) {
-    chain.first = first_before(chain.closing.front()->chunks.front().error);
-    if (!chain.first) return;
-    const auto [bytes, gain] = rate(chain);
-    const bool is_best_plain = best_ && !best_->wavelets;
-    const double least = is_best_plain ? gain_ : std::max(gain_, 0.0) + kGainOfPlain;
-    if (bytes > most_plain_ || gain < least) return;
+void Search::offer_plain() {
+    Choice choice;
+    choice.wavelets = false;
+    choice.instead = &progressive_->whole;
+    const auto [bytes, gain] = rate(choice);
+    if (bytes > most_plain_ || gain < std::max(best_ ? gain_ : 0, 0.0) + kGainOfPlain) return;
     gain_ = gain;
-    best_ = std::move(chain);
+    best_ = choice;
 }
 
-/// Before the wavelets of the best chain, or of those alone.
+/// Before the wavelets of the best choice, or of those alone. What grows by splits, as far as any of these.
 void Search::offer_previews() {
-    Chain chain = best_ ? *best_ : Chain{};
+    for (std::size_t splits = 1; progressive_ && splits + 1 < progressive_->grown.size(); ++splits)
+        previews_.push_back(&stages_.emplace_back(progressive_->beginning(splits)));
+
+    Choice choice = best_.value_or(Choice{});
     double least = (best_ ? gain_ : 0) + kGainOfPreview;
-    for (const Stage& first : firsts_) {
-        chain.first = &first;
-        const auto [bytes, gain] = rate(chain);
+    for (const Stage* preview : previews_) {
+        if (bytes_of(preview->chunks) > kMostPreview * wavelets_) continue;
+        choice.preview = preview;
+        const auto [bytes, gain] = rate(choice);
         if (bytes > most_plain_ || gain < least) continue;
         gain_ = least = gain;
-        best_ = chain;
+        best_ = choice;
     }
 }
 
-/// All chains that go on with a base on a grid of so many bits.
-void Search::extend(Chain& chain, unsigned bits) {
-    const unsigned last = chain.wavelets ? kLast : kLastOfPlain;
-    chain.closing.push_back(&stage(bits, last));
-    chain.wavelets ? offer_closed(chain) : offer_plain(chain);
-    chain.closing.pop_back();
-    if (firsts_.empty() || chain.closing.size() + 2 >= kMostStages) return;
-    for (unsigned to = bits + kBitsOfStage; to <= kMostBits; ++to) {
-        if (!versions_.contains(to) || !is_much_coarser(to, last)) continue;
-        if (!chain.closing.empty() && !is_much_coarser(bits, to)) continue;
-        chain.closing.push_back(&stage(bits, to));
-        extend(chain, to);
-        chain.closing.pop_back();
-    }
-}
-
-std::optional<Chain> Search::run() {
+std::optional<Choice> Search::run() {
     if (input_.mesh().faces.size() > kMostFaces || !make_versions()) return std::nullopt;
     const auto may_end_with = [&](unsigned version, double most) {
         return double(versions_.at(version).mesh.base.vertex_count()) * kBitsAtLeast / 8 <= most;
     };
-    if (!make_firsts()) firsts_.clear();
-    Chain closed, plain;
-    if (may_end_with(kLast, most_))
-        for (const RatedGrid& grid : grids_behind_wavelets()) {
-            if (best_ && grid.is_large_step) break;  // only where it must be
-            extend(closed, grid.bits);
-        }
-    plain.wavelets = false;
-    if (options_.may_be_plain && !firsts_.empty() && may_end_with(kLastOfPlain, most_plain_))
-        for (unsigned bits = kFewestBitsOfPlain; bits <= kMostBits; ++bits)
-            if (versions_.contains(bits)) extend(plain, bits);
-    if (!best_ || best_->wavelets) offer_previews();
+    if (may_end_with(kLast, most_)) offer_closed();
+    make_previews();
+    if (!previews_.empty())
+        progressive_ =
+            code_progressive(input_, versions_.at(kLastOfPlain),
+                             {least_ - kBytesInFront, final_error_of_plain_, options_.fast, options_.threads});
+    offer_previews();
+    if (options_.may_be_plain && progressive_) offer_plain();
     return best_;
 }
 
-/// Puts a chain's stages one behind the other, each cut where the next one's base is about as good.
+/// Puts stages one behind the other, the wavelets cut where the closing one's base is about as good.
 class Assembly {
  public:
     Assembly(const EncoderInput& input, const Opening& opening, const ClosingOptions& options)
@@ -365,34 +322,26 @@ class Assembly {
         out_.header = opening.header;
     }
 
-    [[nodiscard]] std::optional<Closing> run(const Chain& chain) {
-        unsigned layers = chain.wavelets ? opening_.header.layers : chain.first->layers;
-        for (const Stage* s : chain.closing) layers = std::max(layers, s->layers);
-        out_.header.layers = static_cast<std::uint8_t>(layers);
-        if (chain.wavelets) {
-            add(opening_.plan, 0, opening_.header.layers);
-            if (chain.first) preview(*chain.first);
+    [[nodiscard]] std::optional<Closing> run(const Choice& choice) {
+        if (choice.instead) {
+            out_.header.parts = {choice.instead->info};
+            out_.header.layers = static_cast<std::uint8_t>(choice.instead->layers);
+            out_.plan = choice.instead->chunks;
+            out_.plain.push_back(choice.instead->part);
         } else {
-            out_.header.parts.clear();
-            add(*chain.first);
-            out_.plain.push_back(chain.closing.back()->part);
-        }
-        for (const Stage* s : chain.closing) {
-            if (!cut(s->chunks.front().error)) return std::nullopt;
-            add(*s);
+            const unsigned layers =
+                std::max<unsigned>(opening_.header.layers, choice.closing ? choice.closing->layers : 0);
+            out_.header.layers = static_cast<std::uint8_t>(layers);
+            add(opening_.plan, 0, opening_.header.layers);
+            if (choice.preview) preview(*choice.preview);
+            if (choice.closing && !close(*choice.closing)) return std::nullopt;
         }
         for (PlannedChunk& c : out_.plan) c.error *= c.error;
         return std::move(out_);
     }
 
  private:
-    void add(const Stage& stage) {
-        const auto part = static_cast<std::uint16_t>(out_.header.parts.size());
-        out_.header.parts.push_back(stage.info);
-        add(stage.chunks, part, stage.layers);
-    }
     void add(const std::vector<PlannedChunk>& chunks, std::uint16_t first_part, unsigned layers) {
-        stage_begin_ = out_.plan.size();
         for (const PlannedChunk& c : chunks) {
             PlannedChunk& to = out_.plan.emplace_back(c);
             to.id.part = static_cast<std::uint16_t>(to.id.part + first_part);
@@ -402,25 +351,31 @@ class Assembly {
     }
     /// In front. What is said of its error makes it stay until the wavelets are better.
     void preview(const Stage& stage) {
-        PlannedChunk base = stage.chunks.front();
-        base.id.part = static_cast<std::uint16_t>(out_.header.parts.size());
-        base.payload[1] = std::byte{error_to_code(base.error)};
-        for (PlannedChunk& c : out_.plan) c.error = std::min(c.error, base.error);
-        out_.plan.insert(out_.plan.begin(), std::move(base));
+        std::vector<PlannedChunk> chunks = stage.chunks;
+        for (PlannedChunk& c : chunks) {
+            c.id.part = static_cast<std::uint16_t>(out_.header.parts.size());
+            c.payload[is_base(c) ? 1 : 0] = std::byte{error_to_code(c.error)};
+        }
+        for (PlannedChunk& c : out_.plan) c.error = std::min(c.error, chunks.back().error);
+        out_.plan.insert(out_.plan.begin(), std::make_move_iterator(chunks.begin()),
+                         std::make_move_iterator(chunks.end()));
         out_.header.parts.push_back(stage.info);
         out_.header.parts.back().preview = true;
     }
-    /// Ends the last stage.
-    [[nodiscard]] bool cut(double base_error) {
-        const auto begin = out_.plan.begin() + std::ptrdiff_t(stage_begin_);
-        const std::size_t least = stage_begin_ + std::size_t(std::count_if(begin, out_.plan.end(), is_base));
+    /// Ends the wavelets.
+    [[nodiscard]] bool close(const Stage& stage) {
+        const auto last_base = std::find_if(out_.plan.rbegin(), out_.plan.rend(), is_base);
+        const auto least = static_cast<std::size_t>(out_.plan.rend() - last_base);
         const Result<Bytes> file = write_file(out_.header, to_write(out_.plan));
         if (!file.ok()) return false;
         std::optional<Cut> cut =
-            cut_before(input_, *file, out_.plan, least, base_error, !options_.fast, options_.threads);
+            cut_before(input_, *file, out_.plan, least, stage.chunks.front().error, !options_.fast, options_.threads);
         if (!cut) return false;
         out_.plan.resize(cut->chunks);
         if (cut->beginning) out_.plan.push_back(std::move(*cut->beginning));
+        const auto part = static_cast<std::uint16_t>(out_.header.parts.size());
+        out_.header.parts.push_back(stage.info);
+        add(stage.chunks, part, stage.layers);
         return true;
     }
 
@@ -428,17 +383,16 @@ class Assembly {
     const Opening& opening_;
     const ClosingOptions options_;
     Closing out_;
-    std::size_t stage_begin_ = 0;  // in the plan, of the last stage
 };
 
 }  // namespace
 
 std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options) {
     Search search(input, opening, options);
-    const std::optional<Chain> chain = search.run();
-    if (!chain) return std::nullopt;
-    std::optional<Closing> closing = Assembly(input, opening, options).run(*chain);
-    if (!closing || bytes_of(closing->plan) > search.most_bytes(*chain)) return std::nullopt;
+    const std::optional<Choice> choice = search.run();
+    if (!choice) return std::nullopt;
+    std::optional<Closing> closing = Assembly(input, opening, options).run(*choice);
+    if (!closing || bytes_of(closing->plan) > search.most_bytes(*choice)) return std::nullopt;
     return closing;
 }
 

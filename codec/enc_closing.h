@@ -1,5 +1,4 @@
-// Plain triangles where they serve better than wavelets: coarse versions of the input in the place of the wavelets, and
-// the input's own triangles, or fewer that come as near, as a file's last part.
+// Plain triangles where they serve better than wavelets: in front of them, in their place, and as a file's last part.
 #pragma once
 #include <optional>
 #include <vector>
@@ -31,13 +30,13 @@ struct ClosingOptions {
 };
 
 /// So many parts a closing adds at most.
-inline constexpr std::size_t kMostStages = 6;
+inline constexpr std::size_t kMostStages = 2;
 
 /// Meshes of few vertices, of sharp edges everywhere or of triangles as large as their features cost less as they are
 /// than as wavelets of the same accuracy. A closing part's vertices come on a grid about as coarse as the error is by
 /// then, so that the picture stays as good as it was, then in planes, tile by tile. Where a few kilobytes of plain
-/// triangles are better than of wavelets, a coarse version is shown before these are (PartInfo::preview), or versions,
-/// each the next one's opening, take their place. Nothing where the file would become much longer by it; surfaces that
+/// triangles are better than of wavelets, a coarse version is shown before these are (PartInfo::preview), or a
+/// progressive mesh takes their place. Nothing where the file would become much longer by it; surfaces that
 /// wavelets leave visibly wrong may take up to four times the bytes.
 std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options);
 

@@ -66,7 +66,9 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
         };
         const bool seam = (!end && is_seam(i, i + 1)) || (i > 0 && is_seam(i, i - 1));
         // Estimates of a closing part's planes are rougher than those of details: they know of vertices only.
-        const bool rough = closes(i) && i % 2 == 0;
+        const bool splits = plan[i].id.channel == Channel::Splits;
+        const bool plain = closes(i) || decoder.header().parts[plan[i].id.part].progressive;
+        const bool rough = splits || (plain && i % 2 == 0);
         const bool changed = seam || rough || plan.size() < kFewChunks || i + 1 == bases ||
                              plan[i].error < error / (ratio * ratio) || bytes > ratio * bytes_then;
         if (i + 1 < bases || (!end && !changed)) continue;

@@ -203,28 +203,51 @@ CodedPart code_lossless(const SemiRegularMesh& mesh, const PartPrecision& precis
 
 }  // namespace
 
-CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
-                    const Rounded& base, unsigned threads) {
-    if (precision.lossless > 0) return code_lossless(mesh, precision, threads);
+namespace {
+
+CodedPart begin_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision) {
     CodedPart part;
     part.params.transform = transform;
     part.params.fast = precision.fast;
     part.params.colors = colors_of(mesh, precision.colors);
     part.params.reconstruction = static_cast<std::uint8_t>(std::lround(kReconstruction * 256));
-    const Rounded own =
-        base.grid.empty()
-            ? round_to_lattice(coarse_of(mesh, transform, threads), mesh.base.faces(), precision.base_bits)
-            : base;
+    return part;
+}
+
+/// Once the part's mesh and base are there.
+void add_planes(const PartPrecision& precision, unsigned threads, CodedPart& part) {
+    const unsigned levels = part.mesh.levels;
+    const std::vector<LevelGain> gains = synthesis_gains(part.params.transform, levels);
+    choose_steps(part.params, part.params.transform, levels, precision);
+    part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
+    code_geometry(part, precision, gains, threads);
+}
+
+}  // namespace
+
+CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
+                    const Rounded& base, unsigned threads) {
+    if (precision.lossless > 0) return code_lossless(mesh, precision, threads);
+    CodedPart part = begin_part(mesh, transform, precision);
+    const Rounded own = base.grid.empty() ? round_to_lattice(coarse_of(mesh, transform, threads), mesh.base.faces(),
+                                                             precision.base_bits)
+                                          : base;
     part.params.lattice = own.lattice;
     part.base = code_base(mesh.base, own.grid, own.lattice.bits, precision.alone);
     part.mesh = renumber(mesh, part.base);
-    if (mesh.levels > 0 || precision.supersedes) {
-        const std::vector<LevelGain> gains = synthesis_gains(transform, mesh.levels);
-        choose_steps(part.params, transform, mesh.levels, precision);
-        part.first_tiled_level = precision.tiles > 1 ? precision.first_tiled_level : 0;
-        code_geometry(part, precision, gains, threads);
-    }
+    if (mesh.levels > 0 || precision.supersedes) add_planes(precision, threads, part);
     code_attributes(precision, threads, part);
+    return part;
+}
+
+CodedPart code_planes(const SemiRegularMesh& mesh, const PartPrecision& precision, const Rounded& base,
+                      unsigned threads) {
+    CodedPart part = begin_part(mesh, {}, precision);
+    part.params.lattice = base.lattice;
+    part.base.mesh = mesh.base;
+    part.base.grid = base.grid;
+    part.mesh = mesh;
+    add_planes(precision, threads, part);
     return part;
 }
 

@@ -12,7 +12,7 @@ namespace mvw {
 
 /// How finely a part is to be coded.
 struct PartPrecision {
-    unsigned base_bits = 9;             // of the lattice, where none is given
+    unsigned base_bits = 9;  // of the lattice, where none is given
     unsigned tiles = 1;
     unsigned first_tiled_level = 0;     // where tiles > 1
     unsigned bare_levels = 0;           // the finest so many have no details of the shape, attributes alone
@@ -65,5 +65,9 @@ double code_blocks(CodedPart& part, Channel channel, const PartPrecision& precis
 /// these are the points nearest to the coarse positions that analysis leaves, of a lattice fitted to them.
 CodedPart code_part(const SemiRegularMesh& mesh, const TransformOptions& transform, const PartPrecision& precision,
                     const Rounded& base, unsigned threads);
+
+/// Planes alone, of plain triangles that a decoder has already, in this order.
+CodedPart code_planes(const SemiRegularMesh& mesh, const PartPrecision& precision, const Rounded& base,
+                      unsigned threads);
 
 }  // namespace mvw

@@ -297,7 +297,7 @@ void report(const CodedModel& model, const std::vector<PlannedChunk>& plan, Enco
     for (const PlannedChunk& c : plan) {
         const bool closing = model.header.parts[c.id.part].supersedes;
         if (closing) out.closing_bytes += c.payload.size();
-        if (c.id.channel == Channel::Base && !closing) out.base_bytes += c.payload.size();
+        if (leads_to_base(c.id.channel) && !closing) out.base_bytes += c.payload.size();
         if (c.id.channel == Channel::Color) out.color_bytes += c.payload.size();
         if (c.id.channel == Channel::Original) out.original_bytes += c.payload.size();
     }

@@ -114,8 +114,9 @@ double error_on_grid(const EncoderInput& input, const Lod& lod, unsigned bits, u
     return error_of(input, lod, round_to_lattice(lod.mesh.positions, lod.mesh.base.faces(), bits), threads);
 }
 
-Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& options) {
-    const BaseMesh& base = lod.mesh.base;
+namespace {
+
+PartPrecision precision_of(const EncoderInput& input, const BaseMesh& base, const StageOptions& options) {
     PartPrecision precision;
     precision.colors = input.mesh().material_colors;
     precision.base_bits = options.bits;
@@ -125,13 +126,20 @@ Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& 
     if (precision.supersedes)
         precision.tiles =
             std::clamp(base.vertex_count() / kVerticesOfTile, 1u, std::min(kMostTiles, base.face_count()));
+    return precision;
+}
+
+/// error, first: of the version, and on its lattice.
+Stage make_stage(CodedPart part, const PartPrecision& precision, double error, double first) {
+    const BaseMesh& base = part.mesh.base;
     Stage stage;
-    stage.info = {
-        0, base.vertex_count(), base.edge_count(), base.face_count(), static_cast<std::uint16_t>(precision.tiles),
-        0, precision.supersedes};
+    stage.info.base_vertices = base.vertex_count();
+    stage.info.base_edges = base.edge_count();
+    stage.info.base_faces = base.face_count();
+    stage.info.tiles = static_cast<std::uint16_t>(precision.tiles);
+    stage.info.supersedes = precision.supersedes;
     std::vector<CodedPart> parts;
-    const Rounded rounded = round_to_lattice(lod.mesh.positions, base.faces(), options.bits);
-    parts.push_back(code_part(lod.mesh, TransformOptions{}, precision, rounded, options.threads));
+    parts.push_back(std::move(part));
     weigh_by_area(parts[0], precision.tiles);
     stage.layers = layers_of(parts);
     OrderOptions order;
@@ -139,11 +147,25 @@ Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& 
     order.area_share = {1};
     order.least_bytes = 1;  // each plane of a tile by itself: together they would be a large step
     stage.chunks = order_chunks(parts, order);
-    const double first = error_of(input, lod, rounded, options.threads);
-    for (PlannedChunk& c : stage.chunks) c.error = std::min(std::sqrt(c.error + lod.error * lod.error), first);
+    for (PlannedChunk& c : stage.chunks) c.error = std::min(std::sqrt(c.error + error * error), first);
     stage.chunks.front().error = first;
     stage.part = std::move(parts[0]);
     return stage;
+}
+
+}  // namespace
+
+Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& options) {
+    const PartPrecision precision = precision_of(input, lod.mesh.base, options);
+    const Rounded rounded = round_to_lattice(lod.mesh.positions, lod.mesh.base.faces(), options.bits);
+    return make_stage(code_part(lod.mesh, TransformOptions{}, precision, rounded, options.threads), precision,
+                      lod.error, error_of(input, lod, rounded, options.threads));
+}
+
+Stage code_planes_of(const EncoderInput& input, const Lod& lod, const Rounded& rounded, const StageOptions& options) {
+    const PartPrecision precision = precision_of(input, lod.mesh.base, options);
+    return make_stage(code_planes(lod.mesh, precision, rounded, options.threads), precision, lod.error,
+                      error_of(input, lod, rounded, options.threads));
 }
 
 }  // namespace mvw

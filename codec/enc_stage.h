@@ -52,4 +52,7 @@ struct Stage {
 /// Base, then planes, tile by tile: closing (PartInfo::supersedes) where there are any.
 Stage code_stage(const EncoderInput& input, const Lod& lod, const StageOptions& options);
 
+/// Likewise where a decoder has the version on a lattice already, in this order; the first chunk is of no use.
+Stage code_planes_of(const EncoderInput& input, const Lod& lod, const Rounded& rounded, const StageOptions& options);
+
 }  // namespace mvw

@@ -55,7 +55,7 @@ struct Encoded {
     std::uint64_t painted_vertices = 0;  // whose colours are those of images
     std::uint32_t material_colors = 0;   // materials with a colour of their own
     std::uint64_t vertices = 0, base_bytes = 0, color_bytes = 0, original_bytes = 0;
-    std::uint64_t closing_bytes = 0;  // of closing parts (PartInfo::supersedes); 0: none
+    std::uint64_t closing_bytes = 0;  // of a closing part (PartInfo::supersedes); 0: none
     std::vector<AttributeBytes> attributes;
     std::vector<std::string> left_out;  // names of fields that the file has no room for: it holds eight
     double draco_area_share = 0, facets_area_share = 0;  // of the surface, in parts of these origins (remesh.h)

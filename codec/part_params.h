@@ -19,6 +19,22 @@ inline constexpr unsigned kMaxLosslessBits = 24;
 /// Bit of the byte that holds a lattice's bits: its stretch and shift follow.
 inline constexpr std::uint8_t kFittedLattice = 128;
 
+inline Lattice read_lattice(ByteReader& in) {
+    Lattice lattice;
+    const std::uint8_t bits = in.u8();
+    lattice.bits = static_cast<std::uint8_t>(bits & ~kFittedLattice);
+    if ((bits & kFittedLattice) == 0) return lattice;
+    for (std::uint8_t& s : lattice.stretch) s = in.u8();
+    for (std::uint8_t& s : lattice.shift) s = in.u8();
+    return lattice;
+}
+inline void write_lattice(ByteWriter& out, const Lattice& lattice) {
+    out.u8(static_cast<std::uint8_t>(lattice.bits | (lattice.is_plain() ? 0 : kFittedLattice)));
+    if (lattice.is_plain()) return;
+    for (const std::uint8_t s : lattice.stretch) out.u8(s);
+    for (const std::uint8_t s : lattice.shift) out.u8(s);
+}
+
 /// First byte of a Base payload.
 enum BaseFlags : std::uint8_t {
     kBaseSequential = 1,  // Draco's sequential method instead of edgebreaker
@@ -141,6 +157,36 @@ inline void write_geometry_front(ByteWriter& out, const GeometryFront& front) {
                                      (cut > 0 ? 128u : 0u)));
     if (cut > 0) out.varint(cut);
 }
+/// Front of a Splits payload: on which lattices its rounds' vertices lie.
+inline constexpr std::size_t kMostSplitRounds = 16;
+struct SplitsFront {
+    std::uint8_t error_code = 0;
+    std::vector<Lattice> rounds;
+};
+/// before: the lattice so far.
+inline SplitsFront read_splits_front(ByteReader& in, Lattice before) {
+    SplitsFront front;
+    front.error_code = in.u8();
+    const std::size_t count = std::min<std::size_t>(in.u8(), kMostSplitRounds + 1);
+    for (std::size_t k = 0; k < count; ++k) {
+        const Lattice next = read_lattice(in);
+        if (next.bits > 0) before = next;
+        front.rounds.push_back(before);
+    }
+    return front;
+}
+inline void write_splits_front(ByteWriter& out, const SplitsFront& front, Lattice before) {
+    out.u8(front.error_code);
+    out.u8(static_cast<std::uint8_t>(front.rounds.size()));
+    for (const Lattice& next : front.rounds) {
+        if (next == before)
+            out.u8(0);
+        else
+            write_lattice(out, next);
+        before = next;
+    }
+}
+
 /// The same payload behind another front.
 inline Bytes with_front(const GeometryFront& front, ByteReader planes) {
     ByteWriter out;

@@ -11,8 +11,7 @@ ModelSummary summarise(const std::string& name, const ModelSource& model) {
     const FileHeader& header = model.toc().header;
     ModelSummary s{.name = name, .version = to_hex(header.content_id), .bytes = model.file_bytes()};
     s.levels = finest_level(header);
-    const auto [begin, end] = finest_parts(header);
-    for (std::size_t p = begin; p < end; ++p) {
+    for (std::size_t p = 0; p < header.main_parts(); ++p) {
         const PartInfo& part = header.parts[p];
         ++s.parts;
         s.base_faces += part.base_faces;

@@ -21,8 +21,14 @@ enum class Channel : std::uint8_t {
     FirstField = 4,   // coefficients of the part's first field (normals, a scalar), likewise; those behind have the
     LastField = 11,   // numbers that follow
     Attributes = 12,  // what the part's colours and fields are, one chunk a part
+    Splits = 13,      // vertex splits of a progressive part; they follow one another by layer
 };
 inline constexpr unsigned kMaxFields = 8;
+
+/// Whether chunks of a channel make up level 0, which all others build on.
+constexpr bool leads_to_base(Channel channel) {
+    return channel == Channel::Base || channel == Channel::Splits;
+}
 
 /// Names a chunk. Ordered: a chunk can be decoded once the part's Base chunk (and its Attributes chunk where it is of
 /// one of these) and all lower layers that the file has of
@@ -30,7 +36,7 @@ inline constexpr unsigned kMaxFields = 8;
 /// block may skip numbers: a chunk carries all that its block has above the next lower one.
 struct ChunkId {
     std::uint16_t part = 0;
-    std::uint16_t tile = 0;  // 0 for Base, Original and Attributes
+    std::uint16_t tile = 0;  // 0 for Base, Original, Attributes and Splits
     std::uint8_t level = 0;  // likewise; at most 15
     std::uint8_t layer = 0;  // 0 = coarsest quantiser step; likewise; at most 63
     Channel channel = Channel::Base;

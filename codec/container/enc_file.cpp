@@ -30,7 +30,8 @@ void write_box(ByteWriter& out, const FileHeader& header) {
 
 void write_part(ByteWriter& out, const PartInfo& part) {
     out.u8(static_cast<std::uint8_t>(part.levels | (part.supersedes ? detail::kSupersedes : 0u) |
-                                     (part.preview ? detail::kPreview : 0u)));
+                                     (part.preview ? detail::kPreview : 0u) |
+                                     (part.progressive ? detail::kProgressive : 0u)));
     out.varint(part.base_faces);
     out.varint(2ull * part.base_edges - 3ull * part.base_faces);
     out.varint(zigzag(std::int64_t{part.base_vertices} - part.base_edges + part.base_faces));

@@ -8,6 +8,8 @@ namespace mvw::detail {
 inline constexpr unsigned kSupersedes = 128;
 /// Likewise of one that is shown before the others are (PartInfo::preview).
 inline constexpr unsigned kPreview = 64;
+/// Likewise of one that grows by splits (PartInfo::progressive).
+inline constexpr unsigned kProgressive = 32;
 
 /// Reads id and length as write_chunk_head() wrote them; errors as read_chunk_head()'s.
 Result<void> read_head_fields(ByteReader& in, const ChunkId& previous, const Limits& limits, ChunkId& id,

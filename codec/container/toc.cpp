@@ -32,7 +32,8 @@ Result<PartInfo> read_part(ByteReader& in, const Limits& limits) {
     const unsigned first = in.u8();
     part.supersedes = (first & detail::kSupersedes) != 0;
     part.preview = (first & detail::kPreview) != 0;
-    part.levels = static_cast<std::uint8_t>(first & ~(detail::kSupersedes | detail::kPreview));
+    part.progressive = (first & detail::kProgressive) != 0;
+    part.levels = static_cast<std::uint8_t>(first & ~(detail::kSupersedes | detail::kPreview | detail::kProgressive));
     const std::uint64_t faces = in.varint(), boundary = in.varint();
     const std::int64_t euler = unzigzag(in.varint());
     const std::uint64_t tiles = in.varint();
@@ -73,9 +74,11 @@ Result<void> read_parts(ByteReader& in, const Limits& limits, FileHeader& header
         const bool of_all = part->supersedes || part->preview;
         if (of_all && (i == 0 || part->levels > 0))
             return malformed(at, "a preview or a closing part has levels or is the first");
-        if (!part->supersedes && i > 0 && (header.parts.back().supersedes || header.parts.back().preview))
-            return malformed(at, "a part follows the preview or a closing one");
+        if (i > 0 && (header.parts.back().supersedes || (header.parts.back().preview && !part->supersedes)))
+            return malformed(at, "a part follows the preview or the closing one");
         if (part->supersedes && part->preview) return malformed(at, "a preview is a closing part");
+        if (part->progressive && (part->levels > 0 || part->supersedes || (count > 1 && !part->preview)))
+            return malformed(at, "a progressive part has levels, or is neither alone nor a preview");
         faces += part->base_faces;
         header.parts.push_back(*part);
     }
@@ -174,24 +177,16 @@ Result<void> check_chunk_id(const FileHeader& header, const ChunkId& id) {
     const PartInfo& part = header.parts[id.part];
     const bool untiled =
         id.channel == Channel::Base || id.channel == Channel::Original || id.channel == Channel::Attributes;
-    if (untiled && (id.tile != 0 || id.level != 0 || id.layer != 0))
+    const bool splits = id.channel == Channel::Splits;
+    if ((untiled || splits) && (id.tile != 0 || id.level != 0 || (untiled && id.layer != 0)))
         return malformed(0, "a chunk of all of a part names a tile, level or layer");
+    if (splits && !part.progressive) return malformed(0, "a chunk splits vertices of a part that is not progressive");
     if (id.tile >= part.tiles) return not_there("tile", id.tile, part.tiles);
     if (id.tile > 0 && id.level < part.first_tiled_level)
         return malformed(0, "a chunk names a tile of an untiled level");
     if (id.level > part.levels) return not_there("level", id.level, part.levels + 1u);
-    if (!untiled && id.layer >= header.layers) return not_there("layer", id.layer, header.layers);
+    if (!untiled && !splits && id.layer >= header.layers) return not_there("layer", id.layer, header.layers);
     return {};
-}
-
-bool is_only_an_end(const FileHeader& header, std::uint16_t part) {
-    return header.parts[part].supersedes && finest_level(header) > 0;
-}
-
-std::pair<std::size_t, std::size_t> finest_parts(const FileHeader& header) {
-    const std::size_t count = header.parts.size();
-    if (header.parts.back().supersedes && finest_level(header) == 0) return {count - 1, count};
-    return {0, header.main_parts()};
 }
 
 std::size_t chunks_until_shown(const Toc& toc) {
@@ -214,8 +209,8 @@ unsigned finest_level(const FileHeader& header) {
 }
 
 bool in_layers(const FileHeader& header, const ChunkId& id, unsigned layer) {
-    if (is_only_an_end(header, id.part)) return layer + 1 >= header.layers;
-    return id.layer <= layer || id.channel == Channel::Base;
+    if (header.parts[id.part].supersedes) return layer + 1 >= header.layers;
+    return id.layer <= layer || leads_to_base(id.channel);
 }
 
 std::uint16_t error_to_disk(double error) {

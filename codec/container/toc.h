@@ -2,7 +2,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "codec/container/chunk.h"
@@ -18,12 +17,17 @@ struct PartInfo {
     std::uint32_t base_vertices = 0, base_edges = 0, base_faces = 0;
     std::uint16_t tiles = 1;
     std::uint8_t first_tiled_level = 0;  // levels below have one tile, numbered 0; 0 where tiles is 1
-    /// The last parts of several may be all of the model as plain triangles, of level 0, each finer than those before:
-    /// once its base has come, it stands for all other parts.
+    /// The last part of several may be all of the model as plain triangles, of level 0, finer than those before: once
+    /// its base has come, it stands for all other parts.
     bool supersedes = false;
-    /// The part before those, of several, may be all of the model as few plain triangles: it is shown until the others'
+    /// The part before that, of several, may be all of the model as few plain triangles: it is shown until the others'
     /// bases are there and they state a smaller error than it does.
     bool preview = false;
+    /// A file's only part, of level 0, or a preview may be progressive: its Base holds a coarse version, chunks of
+    /// splits lead to the counts above, planes follow.
+    bool progressive = false;
+    /// Whether there are coefficients.
+    [[nodiscard]] bool has_planes() const { return levels > 0 || supersedes || progressive; }
     friend bool operator==(const PartInfo&, const PartInfo&) = default;
 };
 
@@ -65,13 +69,6 @@ Result<FileHeader> read_header(ByteSpan prefix, const Limits& limits = {});
 /// not overlap, ids are unique and in range, a part's Base comes before its other chunks and lower layers before
 /// higher ones.
 Result<Toc> read_toc(const FileHeader& header, ByteSpan index, std::uint64_t file_bytes, const Limits& limits = {});
-
-/// Whether a part only ends the model of others, which have levels: views of less than everything do without it.
-bool is_only_an_end(const FileHeader& header, std::uint16_t part);
-
-/// The first and one behind the last of the parts that make up the model at its finest level: the main parts, or the
-/// last closing one where those have no levels.
-std::pair<std::size_t, std::size_t> finest_parts(const FileHeader& header);
 
 /// How many of a file's chunks it takes until something of all of the model is shown: the preview's base, or the bases
 /// of all main parts.

@@ -2,22 +2,18 @@
 
 #include <memory>
 
-#include "codec/entropy/dec_range_coder.h"
+#include "codec/entropy/dec_bits.h"
 #include "codec/entropy/mesh_coder.h"
 
 namespace mvw {
 
 namespace {
 
-class Answers {
+class Answers : public DecodedBits {
  public:
-    explicit Answers(ByteSpan bytes) : decoder_(bytes) {}
-    bool code(std::uint32_t probability, bool) { return decoder_.decode(probability); }
+    using DecodedBits::DecodedBits;
     static BeyondGate beyond(const MeshGrowth&, std::uint32_t) { return {}; }
     static GridPoint position(std::uint32_t) { return {}; }
-
- private:
-    RangeDecoder<false> decoder_;
 };
 
 }  // namespace

@@ -13,7 +13,9 @@ namespace mvw {
 template <bool kCut>
 class RangeDecoder {
  public:
-    explicit RangeDecoder(ByteSpan bytes) : next_(bytes.data()), end_(bytes.data() + bytes.size()) {
+    /// whole: kCut, but all bytes are there after all.
+    explicit RangeDecoder(ByteSpan bytes, bool whole = false)
+        : next_(bytes.data()), end_(bytes.data() + bytes.size()), behind_(whole ? 0 : 0xFF) {
         for (int k = 0; k < 4; ++k) shift_in();
     }
 
@@ -60,12 +62,13 @@ class RangeDecoder {
     void shift_in() {
         const bool there = next_ != end_;
         code_ = (code_ << 8) | (there ? std::to_integer<std::uint32_t>(*next_++) : 0u);
-        if constexpr (kCut) unknown_ = (unknown_ << 8) | (there ? 0u : 0xFFu);
+        if constexpr (kCut) unknown_ = (unknown_ << 8) | (there ? 0u : behind_);
     }
 
     const std::byte* next_;
     const std::byte* end_;
     std::uint32_t range_ = 0xFFFFFFFFu, code_ = 0;
+    std::uint32_t behind_;       // of each byte behind the end: the bits that are not known
     std::uint32_t unknown_ = 0;  // the missing bytes may add 0 to this much to code_
     bool stopped_ = false;
 };

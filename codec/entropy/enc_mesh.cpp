@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "codec/entropy/enc_range_coder.h"
+#include "codec/entropy/enc_bits.h"
 
 namespace mvw {
 
@@ -12,17 +12,9 @@ namespace {
 constexpr std::uint32_t kBeginnings = 8;
 constexpr std::uint32_t kMostForBeginnings = 20'000;  // faces
 
-class Writer : public MeshSource {
+class Writer : public MeshSource, public EncodedBits {
  public:
     using MeshSource::MeshSource;
-    bool code(std::uint32_t probability, bool truth) {
-        encoder_.encode(truth, probability);
-        return truth;
-    }
-    Bytes finish() { return encoder_.finish(); }
-
- private:
-    RangeEncoder encoder_;
 };
 
 EncodedMesh encode_from(const BaseMesh& mesh, const std::vector<GridPoint>& grid, unsigned bits, std::uint32_t face) {
@@ -30,7 +22,7 @@ EncodedMesh encode_from(const BaseMesh& mesh, const std::vector<GridPoint>& grid
     Writer writer(mesh, grid, face);
     MeshCoder coder(mesh.vertex_count(), mesh.face_count(), writer.has_boundary(), bits, *model, writer);
     if (!coder.run()) return {};
-    EncodedMesh coded{writer.finish(), writer.take_origin()};
+    EncodedMesh coded{writer.take_bytes(), writer.take_origin()};
     for (std::size_t v = 0; v < grid.size(); ++v)  // as a decoder will have them
         if (coder.positions()[v] != grid[coded.origin.vertex[v]]) return {};
     return coded;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "codec/entropy/mesh_model.h"
+#include "codec/entropy/model_coder.h"
 
 namespace mvw {
 
@@ -19,15 +20,23 @@ struct BeyondGate {
     std::uint32_t other = 0;  // Join: the node, or kNoNode where the surface touches itself and cannot be coded so
 };
 
-/// Coder   bool code(std::uint32_t probability, bool truth): the bit, truth itself when encoding
+/// Coder   derives from Bits, as ModelCoder wants them
 ///         BeyondGate beyond(growth, gate): when encoding
 ///         GridPoint position(vertex): when encoding; called once for each vertex, in order
 template <typename Coder>
-class MeshCoder {
+class MeshCoder : ModelCoder<typename Coder::Bits> {
+    using Bits = ModelCoder<typename Coder::Bits>;
+
  public:
     MeshCoder(std::uint32_t vertices, std::uint32_t faces, bool has_boundary, unsigned bits, MeshModel& model,
               Coder& coder)
-        : vertices_(vertices), faces_(faces), has_boundary_(has_boundary), bits_(bits), model_(model), coder_(coder) {}
+        : Bits(coder),
+          coder_(coder),
+          vertices_(vertices),
+          faces_(faces),
+          has_boundary_(has_boundary),
+          bits_(bits),
+          model_(model) {}
 
     /// False where the decisions make no mesh of these counts on this grid.
     bool run() {
@@ -43,29 +52,9 @@ class MeshCoder {
     std::vector<GridPoint> take_positions() { return std::move(positions_); }
 
  private:
-    static constexpr unsigned kMostLength = kMaxMeshBits + 4;
-    static constexpr std::int64_t kMostMagnitude = (std::int64_t{1} << kMostLength) - 1;
+    using Bits::code, Bits::code_plain;
 
-    bool code(AdaptiveBit& bit, bool truth) {
-        const bool answer = coder_.code(bit.probability(), truth);
-        bit.learn(answer);
-        return answer;
-    }
-    bool code(AdaptiveBit& a, AdaptiveBit& b, MixWeights& weights, bool truth) {
-        const int la = a.logit(), lb = b.logit();
-        const std::uint32_t probability = logistic::probability(weights.mix(la, lb));
-        const bool answer = coder_.code(probability, truth);
-        weights.learn(la, lb, (static_cast<std::int32_t>(answer) << 16) - static_cast<std::int32_t>(probability));
-        a.learn(answer);
-        b.learn(answer);
-        return answer;
-    }
-    std::uint32_t code_plain(std::uint32_t truth, unsigned bits) {
-        std::uint32_t value = 0;
-        for (unsigned k = bits; k-- > 0;)
-            value = value << 1 | std::uint32_t{coder_.code(1u << (kProbabilityBits - 1), (truth >> k & 1u) != 0)};
-        return value;
-    }
+    static constexpr unsigned kMostLength = kMaxMeshBits + 4;
 
     static std::size_t turns(std::size_t angle) { return angle / 2; }
     [[nodiscard]] std::size_t valence(std::uint32_t node) const {
@@ -193,31 +182,20 @@ class MeshCoder {
         return towards == (bend < 0) ? -size : size;
     }
 
-    /// A magnitude: its length in bits, its highest bit but one, the rest as it is.
-    std::int64_t code_size(std::size_t kind, std::size_t scale, std::size_t spread, std::int64_t true_magnitude) {
-        const auto truth = static_cast<std::uint32_t>(std::min<std::int64_t>(true_magnitude, kMostMagnitude));
-        const auto true_length = static_cast<unsigned>(std::bit_width(truth));
+    std::int64_t code_size(std::size_t kind, std::size_t scale, std::size_t spread, std::int64_t truth) {
         AdaptiveBit* const bits = &model_.bits[MeshModel::kSize + kind * MeshModel::kSizeSet];
-        unsigned length = 0;
-        for (bool more = true; more && length < kMostLength;) {
-            const std::size_t k = std::min<std::size_t>(length, MeshModel::kSizes - 1);
-            more =
-                code(bits[scale * MeshModel::kSizes + k], bits[(MeshModel::kScales + spread) * MeshModel::kSizes + k],
-                     model_.weights[MeshModel::kSizeWeights + kind * MeshModel::kSizes + k], true_length > length);
-            length += more;
-        }
-        if (length < 2) return length;
-        const std::size_t k = std::min<std::size_t>(length, MeshModel::kSizes - 1);
-        const bool high =
-            code(model_.bits[MeshModel::kTop + kind * MeshModel::kSizes + k], (truth >> (length - 2) & 1u) != 0);
-        return std::int64_t{2 + high} << (length - 2) | code_plain(truth, length - 2);
+        return Bits::code_size(
+            {&bits[scale * MeshModel::kSizes], &bits[(MeshModel::kScales + spread) * MeshModel::kSizes],
+             &model_.weights[MeshModel::kSizeWeights + kind * MeshModel::kSizes],
+             &model_.bits[MeshModel::kTop + kind * MeshModel::kSizes]},
+            kMostLength, truth);
     }
 
+    Coder& coder_;
     const std::uint32_t vertices_, faces_;
     const bool has_boundary_;
     const unsigned bits_;
     MeshModel& model_;
-    Coder& coder_;
     MeshGrowth growth_;
     std::vector<GridPoint> positions_;
     /// A vertex' residual: classes of its length within the surface and across it, and the latter's sign.

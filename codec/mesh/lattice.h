@@ -17,22 +17,24 @@ struct Lattice {
     std::uint8_t bits = 10;
     std::array<std::uint8_t, 3> stretch{}, shift{};
 
+    friend bool operator==(const Lattice&, const Lattice&) = default;
     [[nodiscard]] bool is_plain() const {
         return stretch == std::array<std::uint8_t, 3>{} && shift == std::array<std::uint8_t, 3>{};
     }
     [[nodiscard]] double unit() const { return std::ldexp(1.0, -int{bits}); }
-    /// In multiples of unit(); exact.
+    /// Along an axis, in units.
+    [[nodiscard]] double cell(std::size_t a) const { return 1 + stretch[a] / 512.0; }
+    /// In units.
     [[nodiscard]] Vec3 in_units(const GridPoint& k) const {
         Vec3 p;
-        for (std::size_t a = 0; a < 3; ++a) p[a] = (k[a] + shift[a] / 256.0) * (1 + stretch[a] / 512.0);
+        for (std::size_t a = 0; a < 3; ++a) p[a] = (k[a] + shift[a] / 256.0) * cell(a);
         return p;
     }
     [[nodiscard]] Vec3 point(const GridPoint& k) const { return in_units(k) * unit(); }
     [[nodiscard]] GridPoint nearest(const Vec3& p) const {
         GridPoint k{};
         for (std::size_t a = 0; a < 3; ++a)
-            k[a] = static_cast<std::int32_t>(
-                std::lround(std::ldexp(p[a], int{bits}) / (1 + stretch[a] / 512.0) - shift[a] / 256.0));
+            k[a] = static_cast<std::int32_t>(std::lround(std::ldexp(p[a], int{bits}) / cell(a) - shift[a] / 256.0));
         return k;
     }
 };

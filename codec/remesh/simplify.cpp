@@ -23,6 +23,7 @@ namespace {
 constexpr double kDraw = 1e-3;   // of a quadric's weight, towards the edge's middle, where it has no one least point
 constexpr double kShape = 1e-6;  // of an edge's squared length: which of the edges of a plane goes first
 constexpr double kLeastCosine = 0.2;  // between a face's normals before and after
+constexpr std::size_t kPatience = 3;  // candidates looked at in a round, times the collapses wanted
 constexpr double kNoSide = 1e-10;     // of a face's longest squared edge: twice the area of one that faces nowhere
 
 /// Material borders alone: what is sharp, the quadrics see.
@@ -34,8 +35,12 @@ std::vector<std::uint8_t> borders(const Mesh& mesh) {
 
 }  // namespace
 
-Simplifier::Simplifier(const Mesh& mesh)
-    : input_(mesh), mesh_(mesh, borders(mesh)), quadrics_(mesh.positions.size()), version_(mesh.positions.size(), 0) {
+Simplifier::Simplifier(const Mesh& mesh, double stay)
+    : input_(mesh),
+      stay_(stay),
+      mesh_(mesh, borders(mesh)),
+      quadrics_(mesh.positions.size()),
+      version_(mesh.positions.size(), 0) {
     init_quadrics();
     Candidate c;
     for (std::uint32_t h = 0; h < mesh_.faces.size() * 3; ++h)
@@ -80,8 +85,9 @@ bool Simplifier::rate(std::uint32_t h, Candidate& out) const {
         Quadric drawn = q;
         drawn.add_point(middle, kDraw * q.trace());
         out.position = drawn.minimum(middle);
+        double least = stay_ * q(out.position);
         for (const Vec3& end : {p, r})
-            if (q(end) <= q(out.position)) out.position = end;
+            if (q(end) <= least) least = q(end), out.position = end;
     }
     out.cost = std::max(q(out.position), 0.0) + kShape * q.trace() * squared_length(p - r);
     return true;
@@ -120,24 +126,85 @@ void Simplifier::push_around(std::uint32_t v) {
     } while (h != kNone && h != mesh_.out(v));
 }
 
+bool Simplifier::is_current(const Candidate& c) const {
+    if (mesh_.faces[c.h / 3][0] == kNone || mesh_.from(c.h) != c.from || mesh_.to(c.h) != c.to) return false;
+    return version_[c.from] == c.from_version && version_[c.to] == c.to_version;
+}
+
+bool Simplifier::may_collapse(const Candidate& c) {
+    if (!mesh_.can_collapse(c.h)) return false;
+    mesh_.ring(c.h, mesh_.kinds[c.to] > mesh_.kinds[c.from] ? c.to : c.from, ring_);
+    return keeps_sides(c.position);
+}
+
+void Simplifier::collapse(const Candidate& c) {
+    quadrics_[ring_.keep] += quadrics_[ring_.remove];
+    mesh_.collapse(ring_, c.position);
+    ++version_[ring_.keep], ++version_[ring_.remove];
+    push_around(ring_.keep);
+}
+
 void Simplifier::simplify(std::size_t faces) {
     while (!queue_.empty() && mesh_.live_faces() > faces) {
         std::pop_heap(queue_.begin(), queue_.end());
         const Candidate c = queue_.back();
         queue_.pop_back();
-        if (mesh_.faces[c.h / 3][0] == kNone || mesh_.from(c.h) != c.from || mesh_.to(c.h) != c.to) continue;
-        if (version_[c.from] != c.from_version || version_[c.to] != c.to_version) continue;
-        if (!mesh_.can_collapse(c.h)) continue;
-        mesh_.ring(c.h, mesh_.kinds[c.to] > mesh_.kinds[c.from] ? c.to : c.from, ring_);
-        if (!keeps_sides(c.position)) continue;
-        quadrics_[ring_.keep] += quadrics_[ring_.remove];
-        mesh_.collapse(ring_, c.position);
-        ++version_[ring_.keep], ++version_[ring_.remove];
-        push_around(ring_.keep);
+        if (is_current(c) && may_collapse(c)) collapse(c);
     }
 }
 
-Mesh Simplifier::mesh() const {
+/// Of a face that a collapse removes: whether one of the two faces that come together there has its material.
+bool Simplifier::has_material_beside(std::uint32_t h) const {
+    if (input_.materials.empty()) return true;
+    const std::uint32_t label = input_.materials[h / 3];
+    for (const std::uint32_t side : {CollapseMesh::next(h), CollapseMesh::prev(h)})
+        if (const std::uint32_t twin = mesh_.twin(side); twin != kNone && input_.materials[twin / 3] == label)
+            return true;
+    return false;
+}
+
+std::vector<Collapse> Simplifier::simplify_round(std::size_t most, std::size_t most_valence) {
+    std::vector<Collapse> done;
+    std::vector<Candidate> later;
+    std::vector<std::uint8_t> is_kept(mesh_.positions.size(), 0);
+    std::size_t looked_at = 0;
+    while (!queue_.empty() && done.size() < most && looked_at < kPatience * most) {
+        std::pop_heap(queue_.begin(), queue_.end());
+        const Candidate c = queue_.back();
+        queue_.pop_back();
+        if (!is_current(c) || !may_collapse(c)) continue;
+        ++looked_at;
+        const auto kept = [&](std::uint32_t v) { return is_kept[v] != 0; };
+        if (kept(c.from) || kept(c.to) || std::ranges::any_of(ring_.vertices, kept)) {
+            later.push_back(c);
+            continue;
+        }
+        const std::uint32_t twin = mesh_.twin(c.h);
+        if (ring_.faces.size() > most_valence || !has_material_beside(c.h)) continue;
+        if (twin != kNone && !has_material_beside(twin)) continue;
+        const auto material = [&](std::uint32_t h) { return input_.materials.empty() ? 0 : input_.materials[h / 3]; };
+        const auto apex = [&](std::uint32_t h) { return mesh_.from(CollapseMesh::prev(h)); };
+        done.push_back({ring_.keep,
+                        ring_.remove,
+                        {mesh_.positions[ring_.keep], mesh_.positions[ring_.remove]},
+                        c.position,
+                        c.from,
+                        c.to,
+                        apex(c.h),
+                        twin == kNone ? kNone : apex(twin),
+                        {mesh_.on_boundary(c.from), mesh_.on_boundary(c.to)},
+                        {material(c.h), twin == kNone ? 0 : material(twin)}});
+        is_kept[ring_.keep] = 1;
+        collapse(c);
+    }
+    for (const Candidate& c : later) {
+        queue_.push_back(c);
+        std::push_heap(queue_.begin(), queue_.end());
+    }
+    return done;
+}
+
+Mesh Simplifier::mesh(std::vector<std::uint32_t>* numbers) const {
     Mesh out;
     std::vector<std::uint32_t> index(mesh_.positions.size(), kNone);
     for (std::uint32_t f = 0; f < mesh_.faces.size(); ++f) {
@@ -147,6 +214,7 @@ Mesh Simplifier::mesh() const {
             if (index[v] == kNone) {
                 index[v] = static_cast<std::uint32_t>(out.positions.size());
                 out.positions.push_back(mesh_.positions[v]);
+                if (numbers) numbers->push_back(v);
             }
             v = index[v];
         }

@@ -57,10 +57,9 @@ Schedule::Schedule(const Toc& toc, Request request)
 
 bool Schedule::in_pass(const ChunkId& id) const {
     const unsigned pass = passes_[pass_];
-    if (id.channel == Channel::Original || is_only_an_end(toc_->header, id.part))
+    if (id.channel == Channel::Original || toc_->header.parts[id.part].supersedes)
         return pass_ + 1 == passes_.size() && wants_everything(toc_->header, request_);
-    if (toc_->header.parts[id.part].supersedes) return pass_ == 1 && id.layer <= request_.max_layer;
-    if (id.channel == Channel::Base) return pass == kBasePass;
+    if (leads_to_base(id.channel)) return pass == kBasePass;
     if (pass == kBasePass || id.level > request_.max_level || id.layer > request_.max_layer) return false;
     // Coarse levels have one tile for all: whatever is seen of the part needs it, before anything finer.
     if (id.channel == Channel::Attributes || id.level < toc_->header.parts[id.part].first_tiled_level)

@@ -14,10 +14,9 @@ namespace mvw::protocol {
 bool wants_everything(const FileHeader& header, const Request& request);
 
 /// Walks one request's chunks:
-///   1. base chunks of every part but closing ones, in file order (nothing shows without them);
+///   1. base chunks and splits of every part but closing ones, in file order (nothing shows without them);
 ///   2. then, from the highest tile priority down to 1, the chunks of tiles of that priority, in file order; in the
 ///      last of these passes, where the request wants everything, those of closing parts and the original as well;
-///      where no part has levels, those of closing parts come in the first of these passes, whatever the tiles;
 /// of levels and layers up to the request's (a tile's own level cap applies as well), up to and including the first
 /// chunk in file order that leaves at most the target error, and no further than the byte budget: the walk ends at the
 /// first chunk that would go over it.

@@ -195,14 +195,19 @@ TEST(HttpSession, LevelsAndErrorsComeByIndexAndRange) {
     expect_chunks(exact, all_of(server.file_, [&](const ChunkEntry& c) { return c.error >= wants.target_error; }));
 }
 
-TEST(HttpSession, ClosingPartsOfAModelWithoutLevelsAreForEveryView) {
+TEST(HttpSession, SplitsComeToEveryView) {
     Server server(read_file(test_data_folder() + "/golden_plain.mvw").value());
     Wants wants;  // a part of the surface, and nothing else
     wants.tiles = {{0, 0, 9, 3}};
     wants.other_priority = 0;
+    wants.max_layer = 1;
     HttpSession session(wants);
     server.run(session, session.start(server.now_));
-    expect_chunks(server, all_of(server.file_, kAll));
+    const std::set<std::uint32_t> expected = all_of(server.file_, [](const ChunkEntry& c) {
+        return c.id.channel != Channel::Geometry || (c.id.tile == 0 && c.id.layer <= 1);
+    });
+    EXPECT_GT(expected.size(), 3u);
+    expect_chunks(server, expected);
 }
 
 TEST(HttpSession, BudgetIsNotGoneOver) {

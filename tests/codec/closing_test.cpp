@@ -21,7 +21,7 @@ namespace mvw {
 namespace {
 
 Mesh rough_torus() {
-    return mvw::rough_torus(61, 37, 0.02);
+    return mvw::rough_torus(61, 37, 0.005);
 }
 
 Encoded encode_with(bool close, Profile profile = Profile::Small) {
@@ -144,13 +144,15 @@ TEST(Closing, OnlyTheLastOfSeveralPartsWithoutLevelsMayClose) {
     const PartInfo plain{2, 4, 6, 4}, closing{0, 4, 6, 4, 1, 0, true}, deep{2, 4, 6, 4, 1, 0, true};
     const PartInfo preview{0, 4, 6, 4, 1, 0, false, true}, both{0, 4, 6, 4, 1, 0, true, true};
     EXPECT_EQ(error_of({plain, closing}), "");
-    EXPECT_EQ(error_of({plain, closing, closing}), "");
     EXPECT_EQ(error_of({plain, preview}), "");
     EXPECT_EQ(error_of({plain, plain, preview, closing}), "");
     for (const auto& parts : {std::vector{closing}, {closing, plain}, {plain, deep}, {preview}})
         EXPECT_EQ(error_of(parts), "a preview or a closing part has levels or is the first");
-    for (const auto& parts : {std::vector{plain, closing, plain}, {plain, closing, preview}, {plain, preview, preview}})
-        EXPECT_EQ(error_of(parts), "a part follows the preview or a closing one");
+    for (const auto& parts : {std::vector{plain, closing, plain},
+                              {plain, closing, preview},
+                              {plain, preview, preview},
+                              {plain, closing, closing}})
+        EXPECT_EQ(error_of(parts), "a part follows the preview or the closing one");
     EXPECT_EQ(error_of({plain, both}), "a preview is a closing part");
 }
 
@@ -200,7 +202,7 @@ TEST(Preview, IsShownUntilTheWaveletsAreBetter) {
             EXPECT_TRUE(decoder.shows(0, 1) && !decoder.shows(1, 1));
         }
     }
-    EXPECT_GT(previews, 2u);
+    EXPECT_GE(previews, 2u);
     EXPECT_LT(previews, toc.chunks.size() / 2);
     EXPECT_EQ(decode(file)->positions.size(), decode(wavelets.file)->positions.size());
 }
@@ -218,7 +220,7 @@ TEST(Preview, IsNothingToWaitFor) {
 class PlainFile : public ::testing::Test {
  protected:
     static const Mesh& plate() {
-        static const Mesh mesh = chequered_plate(16);
+        static const Mesh mesh = chequered_plate(20);
         return mesh;
     }
     static const Encoded& file(bool close) {
@@ -240,13 +242,11 @@ class PlainFile : public ::testing::Test {
 
 TEST_F(PlainFile, IsBetterFromTheBeginning) {
     const Toc toc = toc_of(file(true).file);
-    const FileHeader& header = toc.header;
-    ASSERT_EQ(finest_level(header), 0u);
-    EXPECT_EQ(header.main_parts(), 1u);
-    EXPECT_GE(header.parts.size(), 2u);
+    ASSERT_EQ(toc.header.parts.size(), 1u);
+    EXPECT_TRUE(toc.header.parts[0].progressive);
     EXPECT_GT(finest_level(toc_of(file(false).file).header), 0u);
     const std::size_t first = toc.chunks[0].offset + toc.chunks[0].length;
-    for (const std::size_t bytes : {first, std::size_t{3072}, std::size_t{4096}})
+    for (const std::size_t bytes : {first, std::size_t{2048}, std::size_t{3072}})
         EXPECT_GT(psnr_at(file(true), bytes), psnr_at(file(false), bytes) + 1) << bytes;
     EXPECT_EQ(file(true).levels, 0u);
     EXPECT_GT(file(true).psnr, 90);
@@ -260,19 +260,6 @@ TEST_F(PlainFile, NeverGetsWorse) {
         EXPECT_GT(psnr, last - 0.1) << "chunk that ends at " << c.offset + c.length;
         EXPECT_NEAR(psnr, -20 * std::log10(c.error), 1.0);
         last = std::max(last, psnr);
-    }
-}
-
-TEST_F(PlainFile, ShowsTheLastVersionThatIsThere) {
-    const Toc toc = toc_of(file(true).file);
-    const std::size_t parts = toc.header.parts.size();
-    for (std::size_t lost = 1; lost < parts; ++lost) {
-        Decoder decoder;
-        ASSERT_TRUE(decoder.feed_file(
-            file(true).file, [&](const ChunkEntry& c) { return c.id.channel != Channel::Base || c.id.part < lost; }));
-        for (std::size_t part = 0; part < parts; ++part) EXPECT_EQ(decoder.shows(part, 255), part + 1 == lost);
-        EXPECT_EQ(decoder.mesh()->faces.size(), toc.header.parts[lost - 1].base_faces);
-        EXPECT_TRUE(decoder.shows(0, 0));
     }
 }
 

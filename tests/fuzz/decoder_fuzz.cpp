@@ -1,7 +1,7 @@
 // Any bytes, fed to a decoder in slices of any sizes, give a mesh with indices in range or none. To get past the
 // checksums, inputs are not files but scripts: byte 0 says how. Even: the rest is a stream as it is, cut into slices by
-// its own bytes. Odd: a header of our making, then chunks (level and tile, layer, channel, length, payload) with right
-// checksums.
+// its own bytes. Odd: one of two headers of our making, then chunks (level and tile, layer, channel, length, payload)
+// with right checksums.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -46,18 +46,21 @@ void feed_stream(mvw::ByteSpan bytes) {
     check(decoder);
 }
 
-mvw::Bytes octahedron_header() {
+mvw::Bytes header_of(const std::vector<mvw::PartInfo>& parts) {
     mvw::FileHeader header;
     (void)mvw::set_box(header, {0, 0, 0}, 1).ok();
     header.transform = 9;
     header.layers = 20;
-    header.parts = {
-        {4, 6, 12, 8, 2}, {0, 6, 12, 8, 1, 0, false, true}, {0, 6, 12, 8, 1, 0, true}, {0, 6, 12, 8, 2, 0, true}};
+    header.parts = parts;
     return mvw::write_file(header, {}).value();
 }
 
-void feed_chunks(mvw::ByteSpan bytes) {
-    static const mvw::Bytes header = octahedron_header();
+void feed_chunks(mvw::ByteSpan bytes, bool progressive) {
+    // Octahedra; or one that grows.
+    static const mvw::Bytes octahedra = header_of(
+        {{4, 6, 12, 8, 2}, {0, 6, 12, 8, 1}, {0, 60, 174, 116, 1, 0, false, true, true}, {0, 6, 12, 8, 2, 0, true}});
+    static const mvw::Bytes growing = header_of({{0, 60, 174, 116, 2, 0, false, false, true}});
+    const mvw::Bytes& header = progressive ? growing : octahedra;
     mvw::Decoder decoder(small_limits());
     if (!decoder.feed_header(header).ok()) std::abort();
     mvw::ByteReader in(bytes);
@@ -68,6 +71,8 @@ void feed_chunks(mvw::ByteSpan bytes) {
                         static_cast<std::uint8_t>(layer),
                         channel == 0 ? mvw::Channel::Geometry : static_cast<mvw::Channel>(channel)};
         if (where >= 240) id = {static_cast<std::uint16_t>(where % 4)};
+        if (id.channel == mvw::Channel::Splits) id.tile = 0, id.level = 0;
+        if (progressive) id.part = 0, id.level = 0;
         const mvw::ByteSpan payload = in.bytes(std::min<std::size_t>(length, in.remaining()));
         (void)decoder.feed_chunk(id, payload, mvw::crc32c(payload)).ok();
     }
@@ -80,6 +85,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (size == 0) return 0;
     const auto* begin = reinterpret_cast<const std::byte*>(data);
     const mvw::Bytes bytes(begin + 1, begin + size);  // a block of its own, so that reading past it is seen
-    data[0] % 2 == 0 ? feed_stream(bytes) : feed_chunks(bytes);
+    data[0] % 2 == 0 ? feed_stream(bytes) : feed_chunks(bytes, data[0] % 4 == 3);
     return 0;
 }

@@ -77,9 +77,10 @@ std::vector<GoldenModel> golden_models() {
         model.options.target_error = 1e-3;
         model.options.threads = 1;
     }
-    models.push_back({"closing", {}, {}, rough_torus(41, 23, 0.01)});
+    models.push_back({"closing", {}, {}, rough_torus(41, 23, 0.003)});
     models.back().options.threads = 1;
-    models.push_back({"plain", {}, {}, chequered_plate(16)});
+    models.push_back({"plain", {}, {}, chequered_plate(12)});
+    models.push_back({"preview", {}, {}, chequered_plate(10)});
     models.back().options.threads = 1;
     models.push_back(in_two_colors());
     return models;

@@ -59,12 +59,11 @@ std::function<bool(const ChunkEntry&)> wanted_chunks(const DecodeArguments& argu
         if (c.id.channel == Channel::Original || c.offset + c.length > arguments.max_bytes) return false;
         const FileHeader& header = *decoder.header();
         const bool closing = header.parts[c.id.part].supersedes;
-        const unsigned finest = finest_level(header);
-        if (closing && ((!tiles.empty() && finest > 0) || arguments.level <= finest)) return false;
+        if (closing && (!tiles.empty() || arguments.level <= finest_level(header))) return false;
         if (!closing && (c.id.channel == Channel::Base || c.id.channel == Channel::Attributes)) return true;
         if (arguments.target_error > 0 && decoder.state().error <= arguments.target_error) return false;
-        return tiles.empty() || closing || c.id.level < header.parts[c.id.part].first_tiled_level ||
-               tiles.contains(c.id.tile);
+        const bool untiled = c.id.channel == Channel::Splits || c.id.level < header.parts[c.id.part].first_tiled_level;
+        return tiles.empty() || untiled || tiles.contains(c.id.tile);
     };
 }
 

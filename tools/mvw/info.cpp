@@ -56,7 +56,8 @@ std::string channel_name(Channel channel) {
     const auto number = static_cast<unsigned>(channel);
     if (number < kNames.size()) return kNames[number];
     if (channel == Channel::Attributes) return "attributes";
-    if (channel > Channel::Attributes) return "unknown";
+    if (channel == Channel::Splits) return "splits";
+    if (channel > Channel::Splits) return "unknown";
     return "field" + std::to_string(number - static_cast<unsigned>(Channel::FirstField));
 }
 
@@ -130,7 +131,7 @@ Summary summary_of(const Toc& toc, ByteSpan file) {
     for (const ChunkEntry& c : toc.chunks) {
         const bool closing = toc.header.parts[c.id.part].supersedes;
         if (closing) s.closing_bytes += c.length;
-        if (c.id.channel == Channel::Base && !closing) s.base_bytes += c.length;
+        if (leads_to_base(c.id.channel) && !closing) s.base_bytes += c.length;
         if (c.id.channel == Channel::Base) {
             const auto base =
                 read_base(file.subspan(c.offset, c.length), toc.header.parts[c.id.part], toc.header.transform);
@@ -194,7 +195,10 @@ void print_part(const Toc& toc, std::size_t index) {
     std::uint64_t bytes = 0;
     for (const ChunkEntry& c : toc.chunks)
         if (c.id.part == index) bytes += c.length;
-    if (part.preview)
+    if (part.progressive && !part.preview)
+        fmt::print("plain triangles that become more: in the end {} vertices, {} faces\n", part.base_vertices,
+                   part.base_faces);
+    else if (part.preview)
         fmt::print("shown before that: all of it as plain triangles, {} bytes: {} vertices, {} faces\n", bytes,
                    part.base_vertices, part.base_faces);
     else if (part.supersedes)

@@ -44,6 +44,7 @@ struct Arrival {
 /// Counts what a range coder would write.
 class CostCounter : public MeshSource {
  public:
+    using Bits = CostCounter;
     using MeshSource::MeshSource;
     bool code(std::uint32_t probability, bool truth) {
         bits += -std::log2((truth ? probability : 65536.0 - probability) / 65536.0);

@@ -120,7 +120,9 @@ export class Decoder {
     if (ERRORS[result - 1] === 'need-more-data') return null;
     this.module.check(result);
     const [used, , error, , , drawnLevel, parts, solid] = this.module.numbers();
-    const out = { level: drawnLevel, error, bytes: used, solid: solid !== 0, connectivity: `${drawnLevel}/${parts}` };
+    this.door.mvw_model_array(this.model, ARRAYS.triangles[0]);
+    const connectivity = `${drawnLevel}/${parts}/${this.door.mvw_array_bytes()}`;
+    const out = { level: drawnLevel, error, bytes: used, solid: solid !== 0, connectivity };
     out.positions = this.array('positions');
     out.normals = this.array('normals');
     const colors = this.array('colors');

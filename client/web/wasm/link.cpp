@@ -32,10 +32,11 @@ void Link::look(const client::View& view, double now) {
 void Link::choose(double now) {
     const Decoder& decoder = model_.decoder();
     if (!view_ || decoder.header() == nullptr) return;
-    std::size_t bases = 0;
-    for (std::size_t part = 0; part < decoder.header()->parts.size(); ++part) bases += decoder.base(part) != nullptr;
-    if (bases != placed_bases_) {
-        placed_bases_ = bases;
+    std::size_t vertices = 0;
+    for (std::size_t part = 0; part < decoder.header()->parts.size(); ++part)
+        if (const BaseMesh* base = decoder.base(part)) vertices += base->vertex_count();
+    if (vertices != placed_vertices_) {
+        placed_vertices_ = vertices;
         places_ = client::place_tiles(decoder);
     }
     client::Wants wants;
@@ -82,7 +83,7 @@ Step Link::take(double now, std::string& text, double& number) {
                 return Step::Resumed;
             } else if constexpr (std::is_same_v<A, client::Restarted>) {
                 model_.take(action);
-                placed_bases_ = 0;
+                placed_vertices_ = 0;
                 chosen_.clear();
                 return Step::Restarted;
             } else {

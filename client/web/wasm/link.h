@@ -58,7 +58,7 @@ class Link {
 
     std::optional<client::View> view_;
     std::vector<client::TilePlace> places_;
-    std::size_t placed_bases_ = 0;
+    std::size_t placed_vertices_ = 0;
     std::vector<protocol::TilePriority> chosen_;  // what was last asked for
 };
 

@@ -127,11 +127,10 @@ std::string Model::describe() const {
     const FileHeader* header = decoder_.header();
     if (header == nullptr) return {};
     const unsigned levels = finest_level(*header);
-    const auto [begin, end] = finest_parts(*header);
     std::string vertices = "[", faces = "[";
     for (unsigned level = 0; level <= levels; ++level) {
         std::uint64_t V = 0, F = 0;
-        for (std::size_t p = begin; p < end; ++p) {
+        for (std::size_t p = 0; p < header->main_parts(); ++p) {
             const PartInfo& part = header->parts[p];
             const unsigned l = std::min<unsigned>(level, part.levels);
             V += vertices_at_level(part.base_vertices, part.base_edges, part.base_faces, l);
