@@ -123,6 +123,8 @@ class Search {
           least_(least_beginning(input)) {}
 
     [[nodiscard]] std::optional<Choice> run();
+    /// Without wavelets, where that is worth something: in the place of a best one that cannot be put together.
+    [[nodiscard]] const std::optional<Choice>& plain() const { return plain_; }
     [[nodiscard]] double most_bytes(const Choice& choice) const {
         return choice.preview || choice.instead ? most_plain_ : most_;
     }
@@ -157,7 +159,7 @@ class Search {
     std::deque<Stage> stages_;                           // tried
     std::vector<const Stage*> previews_;
     std::optional<Progressive> progressive_;
-    std::optional<Choice> best_;
+    std::optional<Choice> best_, plain_;
     double gain_ = 0;  // of the best one
 };
 
@@ -276,6 +278,7 @@ void Search::offer_plain() {
     choice.wavelets = false;
     choice.instead = &progressive_->whole;
     const auto [bytes, gain] = rate(choice);
+    if (bytes <= most_plain_ && gain > 0) plain_ = choice;
     if (bytes > most_plain_ || gain < std::max(best_ ? gain_ : 0, 0.0) + kGainOfPlain) return;
     gain_ = gain;
     best_ = choice;
@@ -288,8 +291,10 @@ void Search::offer_previews() {
 
     Choice choice = best_.value_or(Choice{});
     double least = (best_ ? gain_ : 0) + kGainOfPreview;
+    // One as good as what ends the wavelets would leave nothing for them.
+    const double until = choice.closing ? choice.closing->chunks.front().error * kStepVisible : 0;
     for (const Stage* preview : previews_) {
-        if (bytes_of(preview->chunks) > kMostPreview * wavelets_) continue;
+        if (bytes_of(preview->chunks) > kMostPreview * wavelets_ || preview->chunks.back().error <= until) continue;
         choice.preview = preview;
         const auto [bytes, gain] = rate(choice);
         if (bytes > most_plain_ || gain < least) continue;
@@ -389,11 +394,14 @@ class Assembly {
 
 std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options) {
     Search search(input, opening, options);
-    const std::optional<Choice> choice = search.run();
-    if (!choice) return std::nullopt;
-    std::optional<Closing> closing = Assembly(input, opening, options).run(*choice);
-    if (!closing || bytes_of(closing->plan) > search.most_bytes(*choice)) return std::nullopt;
-    return closing;
+    const std::optional<Choice> best = search.run();
+    if (!best) return std::nullopt;
+    for (const std::optional<Choice>& choice : {best, search.plain()}) {
+        if (!choice) continue;
+        std::optional<Closing> closing = Assembly(input, opening, options).run(*choice);
+        if (closing && bytes_of(closing->plan) <= search.most_bytes(*choice)) return closing;
+    }
+    return std::nullopt;
 }
 
 }  // namespace mvw
