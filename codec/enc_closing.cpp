@@ -47,7 +47,7 @@ constexpr double kShareOfVersion = 0.7;  // of the error at a version's end, tha
 constexpr double kShareOfLast = 0.5;     // likewise, of the last one
 constexpr unsigned kFinerPreview = 2;    // a preview comes on its version's grid or one finer by so many bits
 constexpr std::uint32_t kMostFacesOfPreview = 10'000;
-constexpr double kBytesInFront = 110;        // of a file, before the mesh of its first base
+constexpr double kBytesInFront = 130;        // of a file, before the mesh of its first base
 constexpr int kPointsInChunk = 6;            // of splits: each of these brings the surface nearer
 constexpr std::size_t kMostFaces = 400'000;  // of the input: simplifying and coding more takes long and gains little
 
