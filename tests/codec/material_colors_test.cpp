@@ -1,4 +1,4 @@
-// Colours of materials: sharp on every level, in wavelets, facets and closing parts, from file to mesh.
+// Colours of materials: sharp on every level, in wavelets, facets, closing and progressive parts, from file to mesh.
 #include <gtest/gtest.h>
 
 #include <algorithm>

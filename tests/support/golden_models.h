@@ -15,8 +15,8 @@ struct GoldenModel {
 };
 
 /// "mixed" (tiles, creases, materials, a part by Draco alone), "colors" (with alpha, and the original mesh), "fields"
-/// (normals, scalars), "fast", "lossless", the transforms by name, "plain" (without wavelets), "closing" (that ends
-/// with the input's own triangles), "materials" (with colours).
+/// (normals, scalars), "fast", "lossless", the transforms by name, "plain" (a progressive mesh), "preview" (one in
+/// front of wavelets), "closing" (that ends with the input's own triangles), "materials" (with colours).
 std::vector<GoldenModel> golden_models();
 
 /// File names of a golden model: what a decoder reads, the mesh and the digest of coefficients that it must give.
