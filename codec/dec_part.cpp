@@ -176,6 +176,8 @@ Result<void> PartDecoder::split(ByteSpan payload, bool whole) {
     base_->params.lattice = next->at.lattice;
     if (whole) error_code_ = std::max(error_code_, front.error_code);
     adopt_base();
+    std::copy(next->unrefined.begin(), next->unrefined.end(),
+              coefficients_.end() - static_cast<std::ptrdiff_t>(next->unrefined.size()));
     if (!whole) return {};
     ++next_splits_;
     if (!is_grown()) splitting_ = std::move(next);

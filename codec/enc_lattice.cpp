@@ -1,15 +1,18 @@
 #include "codec/enc_lattice.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace mvw {
 
 namespace {
 
-constexpr unsigned kMostStretch = 128, kCoarse = 2, kCoarseShift = 4;  // looked at first, in steps; then beside the best
+constexpr unsigned kMostStretch = 128, kCoarse = 2,
+                   kCoarseShift = 4;      // looked at first, in steps; then beside the best
 constexpr std::size_t kMostPlanes = 256;  // that count by themselves, those of most area
 constexpr double kWorthItsBytes = 0.8;    // of the squared error
+constexpr double kWorthNotNesting = 0.2;  // likewise, of all axes
 constexpr double kSamePlane = 1e-9;
 
 /// A plane across an axis, or a slice: where it is, and the area that looks along the axis.
@@ -38,9 +41,8 @@ std::vector<Plane> planes_across(std::span<const Vec3> positions, const std::vec
             planes[n++] = p;
     }
     planes.resize(n);
-    std::sort(planes.begin(), planes.end(), [](const Plane& p, const Plane& q) {
-        return p.area != q.area ? p.area > q.area : p.place < q.place;
-    });
+    std::sort(planes.begin(), planes.end(),
+              [](const Plane& p, const Plane& q) { return p.area != q.area ? p.area > q.area : p.place < q.place; });
     return planes;
 }
 
@@ -51,6 +53,7 @@ class Axis {
         for (std::size_t k = kMostPlanes; k < planes_.size(); ++k) rest_ += planes_[k].area;
         planes_.resize(std::min(planes_.size(), kMostPlanes));
         plain_ = least_ = error(0, 0, INFINITY);
+        nested_ = error(0, Lattice::kHalf, INFINITY);
         for (unsigned stretch = 0; stretch < kMostStretch; stretch += kCoarse)
             for (unsigned shift = 0; shift < 256; shift += kCoarseShift) offer(stretch, shift);
         const unsigned stretch = stretch_, shift = shift_;
@@ -60,6 +63,8 @@ class Axis {
     [[nodiscard]] std::uint8_t stretch() const { return static_cast<std::uint8_t>(stretch_); }
     [[nodiscard]] std::uint8_t shift() const { return static_cast<std::uint8_t>(shift_); }
     [[nodiscard]] double plain() const { return plain_; }
+    [[nodiscard]] double nested() const { return nested_; }
+    [[nodiscard]] double gain() const { return nested_ - least_; }
     [[nodiscard]] double least() const { return least_; }
 
  private:
@@ -80,7 +85,7 @@ class Axis {
     }
 
     std::vector<Plane> planes_;
-    double scale_, rest_ = 0, plain_ = 0, least_ = 0;
+    double scale_, rest_ = 0, plain_ = 0, nested_ = 0, least_ = 0;
     unsigned stretch_ = 0, shift_ = 0;
 };
 
@@ -98,6 +103,23 @@ Lattice fit_lattice(std::span<const Vec3> positions, const std::vector<Face>& fa
         after += axis.least();
     }
     return after < kWorthItsBytes * before ? fitted : plain;
+}
+
+Lattice fit_nested_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits) {
+    Lattice out = Lattice::nested(bits);
+    std::vector<Axis> axes;
+    double left = 0;
+    for (std::size_t a = 0; a < 3; ++a) left += axes.emplace_back(planes_across(positions, faces, a), bits).nested();
+    std::array<std::size_t, 3> order{0, 1, 2};
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return axes[a].gain() > axes[b].gain(); });
+    for (const std::size_t a : order) {
+        if (axes[a].gain() <= kWorthNotNesting * left) break;
+        left -= axes[a].gain();
+        out.stretch[a] = axes[a].stretch();
+        out.shift[a] = axes[a].shift();
+    }
+    return out;
 }
 
 Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits) {

@@ -14,7 +14,10 @@ namespace mvw {
 /// O(V log V).
 Lattice fit_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
 
-/// The points of that lattice that are nearest to the positions.
+/// Likewise; along an axis that gains little by it the cells are those of Lattice::nested().
+Lattice fit_nested_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
+
+/// The points of the former that are nearest to the positions.
 Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
 
 }  // namespace mvw

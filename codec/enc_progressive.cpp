@@ -13,7 +13,7 @@ namespace mvw {
 
 namespace {
 
-constexpr double kShareOfRound = 0.2;  // of the vertices, that a round splits: more would take dear ones, too
+constexpr double kShareOfRound = 0.1;  // of the vertices, that a round splits: more would take dear ones, too
 constexpr std::size_t kFewestFaces = 32, kMostFacesAround = VertexRing::kMostFaces;
 constexpr std::size_t kMostVersions = 200;
 constexpr double kLeastShareOfRound = 0.02;  // with fewer it would take too many
@@ -73,13 +73,16 @@ class Versions {
         v.mesh = simplifier_.mesh(&v.names);
         v.error = error_of(input_, v.mesh.faces, v.mesh.positions, threads_);
         const std::vector<Vec3>& positions = v.mesh.positions;
-        v.lattice = versions_.empty() ? fit_lattice(positions, v.mesh.faces, kMostBits) : versions_.back().lattice;
+        v.lattice =
+            versions_.empty() ? fit_nested_lattice(positions, v.mesh.faces, kMostBits) : versions_.back().lattice;
         const unsigned least = std::max(kFewestBits, v.lattice.bits - kMostFinerBits);  // both are above zero
         while (v.lattice.bits > least) {
-            const Rounded coarser = round_to_lattice(positions, v.mesh.faces, v.lattice.bits - 1u);
-            const double error = error_of(input_, v.mesh.faces, points_of(coarser), threads_);
+            const Lattice coarser = fit_nested_lattice(positions, v.mesh.faces, v.lattice.bits - 1u);
+            std::vector<Vec3> points;
+            for (const Vec3& p : positions) points.push_back(coarser.point(coarser.nearest(p)));
+            const double error = error_of(input_, v.mesh.faces, points, threads_);
             if (error > kRounding * std::max(v.error, kFinestError)) break;
-            v.lattice = coarser.lattice;
+            v.lattice = coarser;
         }
         versions_.push_back(std::move(v));
     }

@@ -16,21 +16,23 @@ namespace mvw {
 /// Of a lossless part's grid: details, too, have to fit the planes and floats.
 inline constexpr unsigned kMaxLosslessBits = 24;
 
-/// Bit of the byte that holds a lattice's bits: its stretch and shift follow.
-inline constexpr std::uint8_t kFittedLattice = 128;
+/// Bits of the byte that holds a lattice's bits: its stretch and shift follow; it is Lattice::nested().
+inline constexpr std::uint8_t kFittedLattice = 128, kNestedLattice = 64;
 
 inline Lattice read_lattice(ByteReader& in) {
+    const std::uint8_t flags = in.u8();
     Lattice lattice;
-    const std::uint8_t bits = in.u8();
-    lattice.bits = static_cast<std::uint8_t>(bits & ~kFittedLattice);
-    if ((bits & kFittedLattice) == 0) return lattice;
+    lattice.bits = flags & (kNestedLattice - 1);
+    if ((flags & kNestedLattice) != 0) lattice = Lattice::nested(lattice.bits);
+    if ((flags & kFittedLattice) == 0) return lattice;
     for (std::uint8_t& s : lattice.stretch) s = in.u8();
     for (std::uint8_t& s : lattice.shift) s = in.u8();
     return lattice;
 }
 inline void write_lattice(ByteWriter& out, const Lattice& lattice) {
-    out.u8(static_cast<std::uint8_t>(lattice.bits | (lattice.is_plain() ? 0 : kFittedLattice)));
-    if (lattice.is_plain()) return;
+    const bool nested = lattice.is_nested(), fitted = !nested && !lattice.is_plain();
+    out.u8(static_cast<std::uint8_t>(lattice.bits | (nested ? kNestedLattice : 0) | (fitted ? kFittedLattice : 0)));
+    if (!fitted) return;
     for (const std::uint8_t s : lattice.stretch) out.u8(s);
     for (const std::uint8_t s : lattice.shift) out.u8(s);
 }

@@ -8,7 +8,7 @@
 
 namespace mvw {
 
-inline constexpr std::uint16_t kFormatVersion = 9;
+inline constexpr std::uint16_t kFormatVersion = 10;
 inline constexpr std::uint32_t kKnownFeatures = 0;  // required-feature bits that this build knows
 
 /// One part of the model: wavelet parts carry levels >= 1; a part of level 0 alone is a mesh coded as it is.

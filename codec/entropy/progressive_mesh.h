@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "codec/entropy/adaptive_bit.h"
 #include "codec/entropy/split_mesh.h"
@@ -34,6 +35,7 @@ struct SplitModel {
 
     SplitModel() { weights.fill({{kShare, kShare}}); }
 
+    static constexpr std::uint32_t kRare = 10'000;  // in 1/65536: guesses that hold less often are not asked for
     static constexpr std::int32_t kShare = 40'000;  // of either context, in 1/65536, at first
     std::array<AdaptiveBit, kBits> bits;
     std::array<MixWeights, kWeights> weights;
@@ -45,6 +47,7 @@ struct ProgressiveMesh {
     Rounded at;               // its vertices
     std::uint32_t fresh = 0;  // those from here on came in the round before
     SplitModel model{};
+    std::vector<Vec3f> unrefined{};  // where the last vertices are still, when bits end while the lattice becomes finer
 };
 
 }  // namespace mvw

@@ -79,8 +79,10 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
             for (std::size_t a = 0; a < 3; ++a) {
                 const LatticeCells cells(old.lattice, to, a, old.grid[v][a]);
                 at_.grid[v][a] = code_cell(cells, guess(v, a, old.grid), truth[a]);
-                if (coder_.stopped()) return false;
             }
+            if (!coder_.stopped()) continue;
+            for (; v < old.grid.size(); ++v) state_.unrefined.push_back(to_float(old.lattice.point(old.grid[v])));
+            return false;
         }
         return true;
     }
@@ -238,19 +240,23 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
                     model_.weights[Model::kFirstWeights], truth);
     }
 
-    /// Mostly the vertex stays where it was.
+    /// Mostly the vertex stays where it was. If not, it moves about as far as the new one, the other way.
     bool code_positions(const Split& split, const std::array<GridPoint, 2>& truth, std::array<GridPoint, 2>& out) {
         const GridPoint& before = at_.grid[split.vertex];
         const std::size_t closed = ring_.closed ? 1 : 0;
         const Fan fan{split.first, split.taken};
         out[0] = before;
         const bool stays = code(bit(Model::kStays + closed * Model::kSharp + sharp_), truth[0] == before);
+        if (!code_position(fan, before, truth[1], out[1])) return false;
         const std::size_t scale = this->scale(fan);
+        std::size_t size = 0;
         for (std::size_t a = 0; !stays && a < 3; ++a) {
-            const std::int64_t moved = code_number(Moved, scale, 0, std::int64_t{truth[0][a]} - before[a], false);
-            if (!place(before[a] + moved, out[0][a])) return false;
+            const std::int64_t expected = 2 * std::int64_t{before[a]} - out[1][a];
+            const std::int64_t off = code_number(Moved, scale, size, truth[0][a] - expected, false);
+            if (!place(expected + off, out[0][a])) return false;
+            size = length_of(off);
         }
-        return code_position(fan, out[0], truth[1], out[1]);
+        return !coder_.stopped();
     }
 
     /// Successive faces of the ring. Without any, neighbour `first` alone counts.
@@ -264,11 +270,12 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
         Vec3 normal;          // of the fan
         std::size_t axis;     // along which the normal is longest
         std::size_t aligned;  // 1: it runs along that axis
-        GridPoint middle;     // of all neighbours
+        GridPoint middle;     // of all neighbours, to the anchor twice as near
     };
     [[nodiscard]] Surroundings surroundings(const Fan& fan, const GridPoint& anchor) const {
         Surroundings s{anchor, fan, {}, 0, 0, {}};
-        std::array<std::int64_t, 3> sum{anchor[0], anchor[1], anchor[2]};
+        std::array<std::int64_t, 3> sum{};
+        for (std::size_t a = 0; a < 3; ++a) sum[a] = std::int64_t{2} * anchor[a];
         for (std::size_t m = fan.first; m <= fan.first + fan.faces; ++m) {
             const GridPoint& p = neighbor(m);
             for (std::size_t a = 0; a < 3; ++a) sum[a] += p[a];
@@ -278,7 +285,7 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
         for (std::size_t a = 1; a < 3; ++a)
             if (std::abs(s.normal[a]) > std::abs(s.normal[s.axis])) s.axis = a;
         s.aligned = s.normal[s.axis] * s.normal[s.axis] > 0.999 * squared_length(s.normal) ? 1 : 0;
-        const auto count = static_cast<std::int64_t>(fan.faces + 2);
+        const auto count = static_cast<std::int64_t>(fan.faces + 3);
         for (std::size_t a = 0; a < 3; ++a) {
             const std::int64_t top = 2 * sum[a] + count, below = 2 * count;  // to nearest, halves up
             s.middle[a] = static_cast<std::int32_t>(top >= 0 ? top / below : -((-top + below - 1) / below));
@@ -298,19 +305,21 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
             const std::size_t set = ((across ? 1u : 0u) * 2 + s.aligned) * Model::kEqual + equal;
             if (code_same(s, a, across ? &expected : nullptr, set, truth[a], out[a])) {
                 ++equal;
-                continue;
+            } else {
+                const std::int64_t off = code_number(across ? Across : Within, scale, size,
+                                                     std::int64_t{truth[a]} - expected, expected < anchor[a]);
+                if (!place(expected + off, out[a])) return false;
+                size = length_of(off);
             }
-            const std::int64_t off = code_number(across ? Across : Within, scale, size,
-                                                 std::int64_t{truth[a]} - expected, expected < anchor[a]);
-            if (!place(expected + off, out[a])) return false;
-            const auto length = static_cast<std::size_t>(std::bit_width(static_cast<std::uint64_t>(std::abs(off))));
-            size = std::min(length, Model::kLengths - 1);
+            for (std::size_t k = 0; k < unasked_count_; ++k) unasked_[k].same->learn(unasked_[k].guess == out[a]);
         }
         return !coder_.stopped();
     }
-    /// Whether the coordinate is that of the plane, where one is given, of the anchor or of the fan's ends.
+    /// Whether the coordinate is that of the plane, where one is given, of the anchor or of the fan's ends. What hardly
+    /// ever holds is not asked for.
     bool code_same(const Surroundings& s, std::size_t a, const std::int32_t* plane, std::size_t set, std::int32_t truth,
                    std::int32_t& out) {
+        unasked_count_ = 0;
         std::array<std::int32_t, Model::kGuesses> guesses{};
         std::size_t count = 0;
         const auto add = [&](std::int32_t x) { guesses[count++] = x; };
@@ -325,8 +334,13 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
             for (std::size_t m = s.fan.first; m <= s.fan.first + s.fan.faces; ++m) votes += neighbor(m)[a] == x;
             const std::size_t context =
                 (set * Model::kGuesses + g) * Model::kVotes + std::min(votes, Model::kVotes - 1);
+            AdaptiveBit& same = bit(Model::kSame + context);
+            if (same.probability() < Model::kRare) {
+                unasked_[unasked_count_++] = {&same, x};
+                continue;
+            }
             out = x;
-            if (code(bit(Model::kSame + context), truth == x)) return true;
+            if (code(same, truth == x)) return true;
         }
         return false;
     }
@@ -355,6 +369,10 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
         return std::abs(x) <= std::int64_t{2} << at_.lattice.bits;
     }
 
+    static std::size_t length_of(std::int64_t number) {
+        const auto length = static_cast<std::size_t>(std::bit_width(static_cast<std::uint64_t>(std::abs(number))));
+        return std::min(length, Model::kLengths - 1);
+    }
     /// other: length of the number before. turned: below zero it leads away from the anchor.
     std::int64_t code_number(std::size_t kind, std::size_t scale, std::size_t other, std::int64_t truth, bool turned) {
         const std::int64_t size = code_size(kind, scale, other, std::abs(truth));
@@ -397,6 +415,12 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
     };
     Around<Place> ranked_;  // of a cut, the likeliest first
     std::size_t places_ = 0;
+    struct Unasked {
+        AdaptiveBit* same;
+        std::int32_t guess;
+    };
+    std::array<Unasked, Model::kGuesses> unasked_;  // of the coordinate looked at
+    std::size_t unasked_count_ = 0;
     std::size_t sharp_ = 0, worst_ = 0, size_ = 0;
 };
 

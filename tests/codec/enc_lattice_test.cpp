@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <random>
 
+#include "codec/entropy/lattice_cells.h"
+#include "codec/part_params.h"
 #include "tests/support/semi_regular_models.h"
 #include "tests/support/shapes.h"
 
@@ -62,6 +64,44 @@ TEST(Lattice, SurfacesWithoutAreaOrFacesKeepThePlainOne) {
     const std::vector<Vec3> positions{{0.1, 0.2, 0.3}, {0.1, 0.2, 0.3}, {0.1, 0.2, 0.3}};
     EXPECT_TRUE(fit_lattice(positions, {{0, 1, 2}}, 8).is_plain());
     EXPECT_TRUE(fit_lattice(positions, {}, 8).is_plain());
+}
+
+TEST(Lattice, CellsOfNestedOnesAreTwoOfTheNext) {
+    for (const std::int32_t k : {-65, -1, 0, 1, 40}) {
+        const LatticeCells cells(Lattice::nested(7), Lattice::nested(8), 1, k);
+        EXPECT_EQ(cells.first(), 2 * k);
+        EXPECT_EQ(cells.last(), 2 * k + 1);
+        EXPECT_EQ(cells.share(2 * k), 1);
+        EXPECT_EQ(cells.share(2 * k + 1), 1);
+    }
+}
+
+TEST(Lattice, NestedOnesFitAxesThatGainByItAlone) {
+    const Mesh ball = plain(bumpy_ball(3));
+    EXPECT_TRUE(fit_nested_lattice(ball.positions, ball.faces, 9).is_nested());
+    EXPECT_TRUE(fit_nested_lattice(ball.positions, {}, 9).is_nested());
+
+    Mesh prism = plain(bumpy_ball(5));  // lies anywhere but between two planes
+    for (Vec3& p : prism.positions) p.z = p.z > 0 ? 0.2371 : -0.1239;
+    const Lattice lattice = fit_nested_lattice(prism.positions, prism.faces, 6);
+    for (const std::size_t a : {0u, 1u}) {
+        EXPECT_EQ(lattice.stretch[a], 0);
+        EXPECT_EQ(lattice.shift[a], Lattice::kHalf);
+    }
+    for (const Vec3& p : prism.positions) EXPECT_NEAR(lattice.point(lattice.nearest(p)).z, p.z, 0.02 * lattice.unit());
+}
+
+TEST(Lattice, PlainAndNestedOnesTakeAByte) {
+    for (const auto& [lattice, size] :
+         {std::pair{Lattice{11, {}, {}}, 1u}, {Lattice::nested(9), 1u}, {Lattice{30, {3, 0, 9}, {128, 128, 7}}, 7u}}) {
+        ByteWriter out;
+        write_lattice(out, lattice);
+        const Bytes bytes = out.take();
+        EXPECT_EQ(bytes.size(), size);
+        ByteReader in(bytes);
+        EXPECT_EQ(read_lattice(in), lattice);
+        EXPECT_TRUE(in.ok());
+    }
 }
 
 }  // namespace

@@ -102,6 +102,21 @@ TEST(Progressive, CutAnywhereItIsAMeshBetweenThoseOfItsChunks) {
     EXPECT_GT(different, 20u) << "places at which there is more to see";
 }
 
+/// While a lattice becomes finer, too: vertices that are still to come stay where they were.
+TEST(Progressive, MoreBytesDoNotMakeItWorse) {
+    const Mesh mesh = rough_torus(31, 17, 0.03);
+    const Grown g = grown(mesh);
+    std::size_t end = g.header.header_bytes;
+    for (const PlannedChunk& c : g.plan)
+        if (leads_to_base(c.id.channel)) end += c.payload.size();
+    double best = 0;
+    for (std::size_t bytes = g.header.header_bytes; bytes <= end; bytes += 5) {
+        const double psnr = psnr_of(mesh, decode(ByteSpan(g.file).first(bytes)));
+        EXPECT_GT(psnr, best - 0.7) << bytes;
+        best = std::max(best, psnr);
+    }
+}
+
 TEST(Progressive, ChunksWaitForThoseBefore) {
     const Grown g = grown(chequered_plate(8));
     Decoder decoder;

@@ -20,6 +20,7 @@ class FetchTest : public testing::Test {
     void SetUp() override {
         EncodeOptions options;
         options.threads = 1;
+        options.choose_transform = false;  // a given one makes a file of levels
         file_ = encode(torus(46, 22), options).value().file;
         served_.put("torus.mvw", file_);
         server::ServerOptions server;
