@@ -13,7 +13,9 @@ namespace mvw {
 
 namespace {
 
-constexpr double kShareOfRound = 0.1;  // of the vertices, that a round splits: more would take dear ones, too
+// Of the vertices, what a round splits: more would take dear ones, too, of which coarse versions have more; fewer cost
+// more bits to find.
+constexpr double kMostOfRound = 0.1, kLeastOfRound = 0.05, kVerticesOfMost = 2000;
 constexpr std::size_t kFewestFaces = 32, kMostFacesAround = VertexRing::kMostFaces;
 constexpr std::size_t kMostVersions = 200;
 constexpr double kLeastShareOfRound = 0.02;  // with fewer it would take too many
@@ -49,6 +51,10 @@ std::vector<Vec3> points_of(const Rounded& rounded) {
     return out;
 }
 
+double share_of_round(double vertices) {
+    return std::clamp(kMostOfRound * std::sqrt(vertices / kVerticesOfMost), kLeastOfRound, kMostOfRound);
+}
+
 /// Finds versions, the finest first, each with the coarsest lattice that will do. Lattices change only where they have
 /// fewer bits.
 class Versions {
@@ -59,7 +65,7 @@ class Versions {
         while (simplifier_.faces() > kFewestFaces && versions_.size() < kMostVersions) {
             const auto vertices = static_cast<double>(versions_.back().mesh.positions.size());
             std::vector<Collapse> round = simplifier_.simplify_round(
-                static_cast<std::size_t>(std::ceil(kShareOfRound * vertices)), kMostFacesAround);
+                static_cast<std::size_t>(std::ceil(share_of_round(vertices) * vertices)), kMostFacesAround);
             if (round.empty() || double(round.size()) < kLeastShareOfRound * vertices) break;
             add(std::move(round));
         }
