@@ -175,7 +175,9 @@ Result<void> PartDecoder::split(ByteSpan payload, bool whole) {
     base_->materials = next->mesh.materials();
     base_->params.lattice = next->at.lattice;
     if (whole) error_code_ = std::max(error_code_, front.error_code);
+    if (!whole) waiting_.clear();  // what a beginning leads to is no mesh that planes are of
     adopt_base();
+    // These need not lie on the lattice.
     std::copy(next->unrefined.begin(), next->unrefined.end(),
               coefficients_.end() - static_cast<std::ptrdiff_t>(next->unrefined.size()));
     if (!whole) return {};

@@ -8,11 +8,11 @@ namespace mvw {
 
 namespace {
 
-constexpr unsigned kMostStretch = 128, kCoarse = 2,
-                   kCoarseShift = 4;      // looked at first, in steps; then beside the best
-constexpr std::size_t kMostPlanes = 256;  // that count by themselves, those of most area
-constexpr double kWorthItsBytes = 0.8;    // of the squared error
-constexpr double kWorthNotNesting = 0.2;  // likewise, of all axes
+constexpr unsigned kMostStretch = 128;
+constexpr unsigned kCoarse = 2, kCoarseShift = 4;  // looked at first, in steps; then beside the best
+constexpr std::size_t kMostPlanes = 256;           // that count by themselves, those of most area
+constexpr double kWorthItsBytes = 0.8;             // of the squared error
+constexpr double kWorthNotNesting = 0.2;           // likewise, of all axes
 constexpr double kSamePlane = 1e-9;
 
 /// A plane across an axis, or a slice: where it is, and the area that looks along the axis.
@@ -122,10 +122,15 @@ Lattice fit_nested_lattice(std::span<const Vec3> positions, const std::vector<Fa
     return out;
 }
 
-Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits) {
-    Rounded out{fit_lattice(positions, faces, bits), {}};
-    for (const Vec3& p : positions) out.grid.push_back(out.lattice.nearest(p));
+Rounded round_to(const Lattice& lattice, std::span<const Vec3> positions) {
+    Rounded out{lattice, {}};
+    out.grid.reserve(positions.size());
+    for (const Vec3& p : positions) out.grid.push_back(lattice.nearest(p));
     return out;
+}
+
+Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits) {
+    return round_to(fit_lattice(positions, faces, bits), positions);
 }
 
 }  // namespace mvw

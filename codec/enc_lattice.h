@@ -14,10 +14,14 @@ namespace mvw {
 /// O(V log V).
 Lattice fit_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
 
-/// Likewise; along an axis that gains little by it the cells are those of Lattice::nested().
+/// Likewise, for vertices that come to finer lattices one by one: along an axis that gains little by fitting the cells
+/// are those of Lattice::nested(), where each finer lattice asks for just one bit more.
 Lattice fit_nested_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
 
-/// The points of the former that are nearest to the positions.
+/// The points that are nearest to the positions.
+Rounded round_to(const Lattice& lattice, std::span<const Vec3> positions);
+
+/// The points of fit_lattice()'s that are nearest to the positions.
 Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
 
 }  // namespace mvw

@@ -13,12 +13,12 @@ namespace mvw {
 
 namespace {
 
-// Of the vertices, what a round splits: more would take dear ones, too, of which coarse versions have more; fewer cost
-// more bits to find.
-constexpr double kMostOfRound = 0.1, kLeastOfRound = 0.05, kVerticesOfMost = 2000;
+// Of the vertices, what a round splits, from how many on the most; below as their root. More would take dear ones, too,
+// of which coarse versions have more; fewer cost more bits to find.
+constexpr double kMostShare = 0.1, kLeastShare = 0.05, kVerticesOfMostShare = 2000;
 constexpr std::size_t kFewestFaces = 32, kMostFacesAround = VertexRing::kMostFaces;
 constexpr std::size_t kMostVersions = 200;
-constexpr double kLeastShareOfRound = 0.02;  // with fewer it would take too many
+constexpr double kWorthARound = 0.02;  // of the vertices: with fewer it would take too many
 constexpr unsigned kMostLayers = 64;
 constexpr double kStay = 4;            // times the error of the best place: what ends may have that need not be moved
 constexpr double kRounding = 1.15;     // times a version's error, what it has on its lattice
@@ -52,7 +52,7 @@ std::vector<Vec3> points_of(const Rounded& rounded) {
 }
 
 double share_of_round(double vertices) {
-    return std::clamp(kMostOfRound * std::sqrt(vertices / kVerticesOfMost), kLeastOfRound, kMostOfRound);
+    return std::clamp(kMostShare * std::sqrt(vertices / kVerticesOfMostShare), kLeastShare, kMostShare);
 }
 
 /// Finds versions, the finest first, each with the coarsest lattice that will do. Lattices change only where they have
@@ -66,7 +66,7 @@ class Versions {
             const auto vertices = static_cast<double>(versions_.back().mesh.positions.size());
             std::vector<Collapse> round = simplifier_.simplify_round(
                 static_cast<std::size_t>(std::ceil(share_of_round(vertices) * vertices)), kMostFacesAround);
-            if (round.empty() || double(round.size()) < kLeastShareOfRound * vertices) break;
+            if (round.empty() || double(round.size()) < kWorthARound * vertices) break;
             add(std::move(round));
         }
     }
@@ -84,9 +84,7 @@ class Versions {
         const unsigned least = std::max(kFewestBits, v.lattice.bits - kMostFinerBits);  // both are above zero
         while (v.lattice.bits > least) {
             const Lattice coarser = fit_nested_lattice(positions, v.mesh.faces, v.lattice.bits - 1u);
-            std::vector<Vec3> points;
-            for (const Vec3& p : positions) points.push_back(coarser.point(coarser.nearest(p)));
-            const double error = error_of(input_, v.mesh.faces, points, threads_);
+            const double error = error_of(input_, v.mesh.faces, points_of(round_to(coarser, positions)), threads_);
             if (error > kRounding * std::max(v.error, kFinestError)) break;
             v.lattice = coarser;
         }
@@ -112,9 +110,8 @@ std::optional<Beginning> beginning_of(const std::vector<Version>& versions, doub
         const Mesh& mesh = versions[k].mesh;
         Result<BaseMesh> base = BaseMesh::create(static_cast<std::uint32_t>(mesh.positions.size()), mesh.faces);
         if (!base.ok()) continue;
-        std::vector<GridPoint> grid;
-        for (const Vec3& p : mesh.positions) grid.push_back(versions[k].lattice.nearest(p));
-        CodedBase coded = code_base(*base, grid, versions[k].lattice.bits, false);
+        const Rounded rounded = round_to(versions[k].lattice, mesh.positions);
+        CodedBase coded = code_base(*base, rounded.grid, rounded.lattice.bits, false);
         if (best && double(coded.bytes.size()) > bytes) break;
         best = {k, std::move(coded)};
     }

@@ -21,14 +21,15 @@ enum class Profile : std::uint8_t {
 struct EncodeOptions {
     Profile profile = Profile::Small;
     TransformOptions transform;
-    bool choose_transform = true;  // SeededNormalLazy for SeededNormal, where features are and it is not worse
-    unsigned base_faces = 0;       // 0: chosen from the model
-    int levels = -1;               // -1: chosen from the model
-    double target_error = 0;       // RMS, fraction of the diagonal; 0: chosen from the model
-    unsigned tile_count = 0;       // 0: chosen from the model
-    bool color_levels = true;      // levels of no detail where images need more vertices; none where levels >= 0
-    bool close = true;             // with plain triangles, or of these alone, where that pays (enc_closing.h)
-    unsigned keep_original = 0;    // bits of the input mesh's positions in the last chunk, 1 to 30; 0: no such chunk
+    /// SeededNormalLazy for SeededNormal, where features are and it is not worse; plain triangles instead of either.
+    bool choose_transform = true;
+    unsigned base_faces = 0;     // 0: chosen from the model
+    int levels = -1;             // -1: chosen from the model
+    double target_error = 0;     // RMS, fraction of the diagonal; 0: chosen from the model
+    unsigned tile_count = 0;     // 0: chosen from the model
+    bool color_levels = true;    // levels of no detail where images need more vertices; none where levels >= 0
+    bool close = true;           // with plain triangles, or of these alone, where that pays (enc_closing.h)
+    unsigned keep_original = 0;  // bits of the input mesh's positions in the last chunk, 1 to 30; 0: no such chunk
     /// Bits of a grid (a cell is the diagonal over 2^bits) on which every vertex is kept exactly, 1 to 24; 0: lossy.
     /// By `butterfly-lazy` on integers; InvalidArgument where the input is not semi-regular.
     unsigned lossless = 0;

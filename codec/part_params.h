@@ -172,7 +172,7 @@ inline SplitsFront read_splits_front(ByteReader& in, Lattice before) {
     const std::size_t count = std::min<std::size_t>(in.u8(), kMostSplitRounds + 1);
     for (std::size_t k = 0; k < count; ++k) {
         const Lattice next = read_lattice(in);
-        if (next.bits > 0) before = next;
+        if (!(next == Lattice{0, {}, {}})) before = next;
         front.rounds.push_back(before);
     }
     return front;

@@ -10,8 +10,9 @@
 namespace mvw {
 
 /// Splits vertices of the mesh, round by round, whose vertices then lie on `rounds`. whole: else the bytes are the
-/// beginning of such, and what they determine is done. Malformed where they make no mesh of at most so many vertices
-/// and faces, or are fewer than least_bytes_of_splits(); the mesh is of no use then. O(V + F) a round.
+/// beginning of such, and what they determine is done (ProgressiveMesh::unrefined has what is not). Malformed where
+/// they make no mesh of at most so many vertices and faces, or are fewer than least_bytes_of_splits(); the mesh is of
+/// no use then. O(V + F) a round.
 Result<void> decode_splits(std::span<const Lattice> rounds, ByteSpan bytes, bool whole, std::uint32_t most_vertices,
                            std::uint32_t most_faces, ProgressiveMesh& mesh);
 

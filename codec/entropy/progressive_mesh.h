@@ -41,13 +41,13 @@ struct SplitModel {
     std::array<MixWeights, kWeights> weights;
 };
 
-/// What a decoder has of a progressive mesh.
+/// What a decoder has of a progressive mesh. Nothing can follow a beginning of bits.
 struct ProgressiveMesh {
     SplitMesh mesh;
     Rounded at;               // its vertices
-    std::uint32_t fresh = 0;  // those from here on came in the round before
+    std::uint32_t fresh = 0;  // those from here on came in the round before, or in the base
     SplitModel model{};
-    std::vector<Vec3f> unrefined{};  // where the last vertices are still, when bits end while the lattice becomes finer
+    std::vector<Vec3f> unrefined{};  // where the last vertices still are, if bits end while the lattice becomes finer
 };
 
 }  // namespace mvw

@@ -270,7 +270,7 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
         Vec3 normal;          // of the fan
         std::size_t axis;     // along which the normal is longest
         std::size_t aligned;  // 1: it runs along that axis
-        GridPoint middle;     // of all neighbours, to the anchor twice as near
+        GridPoint middle;     // mean of the neighbours, of which the anchor counts twice
     };
     [[nodiscard]] Surroundings surroundings(const Fan& fan, const GridPoint& anchor) const {
         Surroundings s{anchor, fan, {}, 0, 0, {}};
@@ -303,14 +303,17 @@ class SplitCoder : ModelCoder<typename Coder::Bits> {
             const bool across = a == s.axis;
             const std::int32_t expected = across ? in_plane(s, out) : s.middle[a];
             const std::size_t set = ((across ? 1u : 0u) * 2 + s.aligned) * Model::kEqual + equal;
+            std::int64_t x = expected;
             if (code_same(s, a, across ? &expected : nullptr, set, truth[a], out[a])) {
+                x = out[a];
                 ++equal;
             } else {
                 const std::int64_t off = code_number(across ? Across : Within, scale, size,
                                                      std::int64_t{truth[a]} - expected, expected < anchor[a]);
-                if (!place(expected + off, out[a])) return false;
+                x += off;
                 size = length_of(off);
             }
+            if (!place(x, out[a])) return false;
             for (std::size_t k = 0; k < unasked_count_; ++k) unasked_[k].same->learn(unasked_[k].guess == out[a]);
         }
         return !coder_.stopped();

@@ -8,6 +8,7 @@
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/mesh_io.h"
 #include "codec/mesh/material_colors.h"
+#include "tests/support/encoded_models.h"
 #include "tests/support/golden_models.h"
 #include "tests/support/program.h"
 
@@ -62,8 +63,8 @@ TEST(Golden, TheirHeadersAndContentIdsAreThose) {
 
 TEST(Golden, TheWorkedExampleOfTheFormatDecodes) {
     const std::string hex =
-        "4d56570a2a00dcb1bb68a272bcec5bfbf2eb7545ce34b4ddf2ff0000000901010004000401004610"
-        "69e700004116eb00ff8e50505080808037000404"
+        "4d56570a2a00887809899b62fe2a03069b45c6d32957b4ddf2ff0000000901010004000401004610"
+        "8a3e00004116eb00ff8e50505080808037000404"
         "00030000012f01011001ff000101000503000001010101000e030110012027011003005c90f5bffe"
         "d3ffd00205f0fffffa0f0000000100004195ce965beaf201e3a647bc";
     Bytes file;
@@ -72,6 +73,7 @@ TEST(Golden, TheWorkedExampleOfTheFormatDecodes) {
     Decoder decoder;
     ASSERT_TRUE(decoder.feed(file).ok());
     EXPECT_TRUE(decoder.state().complete);
+    EXPECT_EQ(content_id_of(file).value(), toc_of(file).header.content_id);
     const Mesh mesh = decoder.mesh().value();
     ASSERT_EQ(mesh.faces.size(), 4u);
     for (const Vec3& p : mesh.positions)

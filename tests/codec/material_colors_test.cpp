@@ -95,7 +95,7 @@ TEST(MaterialColors, ClosingAndProgressivePartsHaveThemToo) {
         const Mesh input = two_halves(rough_torus(41, 23, progressive ? 0.01 : 0.003));
         EncodeOptions options;
         options.threads = 2;
-        options.choose_transform = progressive;  // given ones are used
+        options.choose_transform = progressive;  // given ones are used, not plain triangles alone
         const Encoded coded = encode(input, options).value();
         const Toc toc = toc_of(coded.file);
         ASSERT_TRUE(progressive ? toc.header.parts[0].progressive : toc.header.parts.back().supersedes);

@@ -102,7 +102,68 @@ TEST(Progressive, CutAnywhereItIsAMeshBetweenThoseOfItsChunks) {
     EXPECT_GT(different, 20u) << "places at which there is more to see";
 }
 
-/// While a lattice becomes finer, too: vertices that are still to come stay where they were.
+/// Splits that begin with a finer lattice: their number in the plan; none: 0.
+std::size_t first_finer(const Grown& g) {
+    Lattice lattice;
+    for (std::size_t k = 0; k < g.plan.size(); ++k) {
+        ByteReader in(g.plan[k].payload);
+        if (g.plan[k].id.channel == Channel::Base) {
+            (void)in.bytes(2);
+            lattice = read_lattice(in);
+        } else if (g.plan[k].id.channel == Channel::Splits) {
+            const SplitsFront front = read_splits_front(in, lattice);
+            if (!(front.rounds.front() == lattice)) return k;
+            lattice = front.rounds.back();
+        }
+    }
+    return 0;
+}
+
+TEST(Progressive, VerticesStayUntilTheirPlaceOnAFinerLatticeIsThere) {
+    std::size_t looked_at = 0;
+    for (const Mesh& mesh : {rough_torus(31, 17, 0.03), rough_torus(41, 23, 0.01), icosphere(4)}) {
+        const Grown g = grown(mesh);
+        const std::size_t finer = first_finer(g);
+        if (finer == 0) continue;
+        std::vector<ChunkEntry> chunks = toc_of(g.file).chunks;
+        const auto begin = static_cast<std::size_t>(chunks[finer].offset);
+        const Mesh before = decode(ByteSpan(g.file).first(begin)).value();
+        std::size_t last = 0;
+        for (std::size_t bytes = begin + 20; bytes < begin + 40; bytes += 4) {
+            const Mesh cut = decode(ByteSpan(g.file).first(bytes)).value();
+            ASSERT_EQ(cut.positions.size(), before.positions.size());
+            std::size_t moved = 0;
+            for (std::size_t v = 0; v < cut.positions.size(); ++v) moved += !(cut.positions[v] == before.positions[v]);
+            EXPECT_GE(moved, last);
+            EXPECT_LT(moved, 8 * (bytes - begin));
+            last = moved;
+        }
+        EXPECT_GT(last, 0u);
+        ++looked_at;
+    }
+    EXPECT_GT(looked_at, 0u);
+}
+
+TEST(Progressive, LatticesOutOfRangeAreRefused) {
+    const Grown g = grown(chequered_plate(8));
+    const auto complete = [&](std::size_t chunk, std::size_t at, std::uint8_t byte) {
+        Decoder decoder;
+        EXPECT_TRUE(decoder.feed_header(g.file).ok());
+        for (std::size_t k = 0; k < g.plan.size(); ++k) {
+            Bytes payload = g.plan[k].payload;
+            if (k == chunk) payload[at] = static_cast<std::byte>(byte);
+            (void)decoder.feed_chunk(g.plan[k].id, payload, crc32c(payload)).ok();
+        }
+        const Result<Mesh> mesh = decoder.mesh();
+        return mesh.ok() && mesh->faces.size() == g.input.faces.size();
+    };
+    ASSERT_EQ(g.plan[1].id.channel, Channel::Splits);
+    EXPECT_TRUE(complete(g.plan.size(), 0, 0));
+    for (const std::uint8_t flags : {0, 64, 128, 192})
+        for (const std::uint8_t bits : {0, 17, 31, 63}) EXPECT_FALSE(complete(0, 2, flags | bits)) << flags + bits;
+    for (const std::uint8_t bits : {17, 64, 64 + 17, 63, 128, 192}) EXPECT_FALSE(complete(1, 2, bits)) << int{bits};
+}
+
 TEST(Progressive, MoreBytesDoNotMakeItWorse) {
     const Mesh mesh = rough_torus(31, 17, 0.03);
     const Grown g = grown(mesh);
