@@ -214,7 +214,8 @@ Mesh sheet_with_twisted_band(unsigned n, unsigned quads) {
 
 TEST(Clean, CutsLieWhereTheInputTurnsOver) {
     Mesh mesh = sheet_with_twisted_band(12, 40);
-    std::ranges::rotate(mesh.faces, mesh.faces.end() - 40);  // first from the band's middle: into both sides at once
+    // First from the band's middle: into both sides at once.
+    std::rotate(mesh.faces.begin(), mesh.faces.end() - 40, mesh.faces.end());
     CleanReport report;
     const Mesh out = cleaned(mesh, &report);
     EXPECT_EQ(report.cut_edges, 1u);
