@@ -166,10 +166,6 @@ Result<GridMesh> read_level_0(ByteSpan bytes, unsigned flags, unsigned bits, con
     return decode_mesh(bytes, info.base_vertices, info.base_faces, has_boundary, bits);
 }
 
-}  // namespace
-
-namespace {
-
 /// What a progressive part begins with: its topology is that of what it leads to.
 Result<PartInfo> read_coarse_counts(ByteReader& in, const PartInfo& fine) {
     PartInfo coarse = fine;

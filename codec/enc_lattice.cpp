@@ -129,6 +129,13 @@ Rounded round_to(const Lattice& lattice, std::span<const Vec3> positions) {
     return out;
 }
 
+std::vector<Vec3> points_of(const Rounded& rounded) {
+    std::vector<Vec3> out;
+    out.reserve(rounded.grid.size());
+    for (const GridPoint& k : rounded.grid) out.push_back(rounded.lattice.point(k));
+    return out;
+}
+
 Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits) {
     return round_to(fit_lattice(positions, faces, bits), positions);
 }

@@ -21,6 +21,8 @@ Lattice fit_nested_lattice(std::span<const Vec3> positions, const std::vector<Fa
 /// The points that are nearest to the positions.
 Rounded round_to(const Lattice& lattice, std::span<const Vec3> positions);
 
+std::vector<Vec3> points_of(const Rounded& rounded);
+
 /// The points of fit_lattice()'s that are nearest to the positions.
 Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
 

@@ -36,19 +36,10 @@ struct Version {
     std::vector<Collapse> collapses;
 };
 
-double error_of(const EncoderInput& input, const std::vector<Face>& faces, std::span<const Vec3> positions,
-                unsigned threads) {
-    Mesh mesh;
-    mesh.faces = faces;
-    for (const Vec3& p : positions) mesh.positions.push_back(input.to_model_units(p));
-    return measurable(mesh) ? input.reference().error_of(mesh, sampled(kSamples, threads)).rms : 1;
-}
-
-std::vector<Vec3> points_of(const Rounded& rounded) {
-    std::vector<Vec3> out;
-    out.reserve(rounded.grid.size());
-    for (const GridPoint& k : rounded.grid) out.push_back(rounded.lattice.point(k));
-    return out;
+double rms_of(const EncoderInput& input, const std::vector<Face>& faces, std::span<const Vec3> positions,
+              unsigned threads) {
+    const std::optional<SurfaceError> error = error_of(input, faces, positions, sampled(kSamples, threads));
+    return error ? error->rms : 1;
 }
 
 double share_of_round(double vertices) {
@@ -77,14 +68,14 @@ class Versions {
         Version v;
         v.collapses = std::move(collapses);
         v.mesh = simplifier_.mesh(&v.names);
-        v.error = error_of(input_, v.mesh.faces, v.mesh.positions, threads_);
+        v.error = rms_of(input_, v.mesh.faces, v.mesh.positions, threads_);
         const std::vector<Vec3>& positions = v.mesh.positions;
         v.lattice =
             versions_.empty() ? fit_nested_lattice(positions, v.mesh.faces, kMostBits) : versions_.back().lattice;
         const unsigned least = std::max(kFewestBits, v.lattice.bits - kMostFinerBits);  // both are above zero
         while (v.lattice.bits > least) {
             const Lattice coarser = fit_nested_lattice(positions, v.mesh.faces, v.lattice.bits - 1u);
-            const double error = error_of(input_, v.mesh.faces, points_of(round_to(coarser, positions)), threads_);
+            const double error = rms_of(input_, v.mesh.faces, points_of(round_to(coarser, positions)), threads_);
             if (error > kRounding * std::max(v.error, kFinestError)) break;
             v.lattice = coarser;
         }
@@ -215,7 +206,7 @@ class Growth {
         for (std::size_t v = 0; v < coarse().names.size(); ++v) out[coarse().names[v]] = coarse().mesh.positions[v];
         return out;
     }
-    [[nodiscard]] double error() const { return error_of(input_, mesh_.mesh.faces(), points_of(mesh_.at), threads_); }
+    [[nodiscard]] double error() const { return rms_of(input_, mesh_.mesh.faces(), points_of(mesh_.at), threads_); }
 
     const EncoderInput& input_;
     const std::vector<Version>& versions_;

@@ -36,21 +36,10 @@ Mesh in_coded_units(const EncoderInput& input) {
     return mesh;
 }
 
-/// Of a mesh in coded units; nothing where it cannot be measured.
-std::optional<SurfaceError> error_of(const EncoderInput& input, const Mesh& mesh, const SurfaceErrorOptions& sampling) {
-    Mesh moved;
-    moved.faces = mesh.faces;
-    for (const Vec3& p : mesh.positions) moved.positions.push_back(input.to_model_units(p));
-    if (!measurable(moved)) return std::nullopt;
-    return input.reference().error_of(moved, sampling);
-}
-
 /// RMS error of a version with rounded vertices.
 double error_of(const EncoderInput& input, const Lod& lod, const Rounded& base, unsigned threads) {
-    Mesh mesh;
-    mesh.faces = lod.mesh.base.faces();
-    for (const GridPoint& p : base.grid) mesh.positions.push_back(base.lattice.point(p));
-    const std::optional<SurfaceError> error = error_of(input, mesh, sampled(kSamples, threads));
+    const std::optional<SurfaceError> error =
+        error_of(input, lod.mesh.base.faces(), points_of(base), sampled(kSamples, threads));
     return error ? error->rms : 1;
 }
 
@@ -99,15 +88,24 @@ std::vector<Lod> versions_of(const EncoderInput& input, Lod own, const std::vect
             return error && error->rms <= limit.rms && error->max <= limit.max;
         };
         std::optional<SurfaceError> error;
-        if (part) error = error_of(input, mesh, sampling);
+        if (part) error = error_of(input, mesh.faces, mesh.positions, sampling);
         if (error && std::isfinite(limits[versions.size()].max)) {  // then spikes matter
             sampling.vertex_stride = 1;
-            error->max = error_of(input, mesh, sampling)->max;
+            error->max = error_of(input, mesh.faces, mesh.positions, sampling)->max;
         }
         while (versions.size() < limits.size() && !is_within(error)) versions.push_back(last);
         if (error) last = {std::move(*part), error->rms};
     }
     return versions;
+}
+
+std::optional<SurfaceError> error_of(const EncoderInput& input, const std::vector<Face>& faces,
+                                     std::span<const Vec3> positions, const SurfaceErrorOptions& sampling) {
+    Mesh mesh;
+    mesh.faces = faces;
+    for (const Vec3& p : positions) mesh.positions.push_back(input.to_model_units(p));
+    if (!measurable(mesh)) return std::nullopt;
+    return input.reference().error_of(mesh, sampling);
 }
 
 double error_on_grid(const EncoderInput& input, const Lod& lod, unsigned bits, unsigned threads) {

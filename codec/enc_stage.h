@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "codec/enc_input.h"
@@ -24,6 +25,10 @@ std::optional<Lod> own_version(const EncoderInput& input);
 struct VersionLimit {
     double rms = 0, max = 0;
 };
+
+/// Of a mesh whose positions are in coded units; nothing where it cannot be measured.
+std::optional<SurfaceError> error_of(const EncoderInput& input, const std::vector<Face>& faces,
+                                     std::span<const Vec3> positions, const SurfaceErrorOptions& sampling);
 
 /// For each of the limits, which rise: the coarsest version that stays within, `own` where none does. Versions come
 /// from one run of edge collapses (remesh/simplify.h).

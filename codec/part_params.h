@@ -159,6 +159,14 @@ inline void write_geometry_front(ByteWriter& out, const GeometryFront& front) {
                                      (cut > 0 ? 128u : 0u)));
     if (cut > 0) out.varint(cut);
 }
+/// The same payload behind another front.
+inline Bytes with_front(const GeometryFront& front, ByteReader planes) {
+    ByteWriter out;
+    write_geometry_front(out, front);
+    out.bytes(planes.bytes(planes.remaining()));
+    return out.take();
+}
+
 /// Front of a Splits payload: on which lattices its rounds' vertices lie.
 inline constexpr std::size_t kMostSplitRounds = 16;
 struct SplitsFront {
@@ -187,14 +195,6 @@ inline void write_splits_front(ByteWriter& out, const SplitsFront& front, Lattic
             write_lattice(out, next);
         before = next;
     }
-}
-
-/// The same payload behind another front.
-inline Bytes with_front(const GeometryFront& front, ByteReader planes) {
-    ByteWriter out;
-    write_geometry_front(out, front);
-    out.bytes(planes.bytes(planes.remaining()));
-    return out.take();
 }
 
 }  // namespace mvw
