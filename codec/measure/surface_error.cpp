@@ -6,8 +6,10 @@
 #include <limits>
 #include <numbers>
 #include <thread>
+#include <utility>
 
 #include "codec/measure/surface_index.h"
+#include "codec/mesh/number_positions.h"
 
 namespace mvw {
 namespace {
@@ -29,7 +31,7 @@ struct Surface {
     std::vector<Vec3> positions;
     std::vector<Face> faces;
     std::vector<double> area_until;   // running sum of the faces' areas
-    std::vector<std::uint32_t> used;  // vertices that faces use
+    std::vector<std::uint32_t> used;  // vertices that faces use, one at each position
 
     Surface(const Mesh& mesh, const Vec3& center, double diagonal) : faces(mesh.faces) {
         positions.reserve(mesh.positions.size());
@@ -41,8 +43,10 @@ struct Surface {
             area_until.push_back(total += 0.5 * length(area_vector(f)));
             for (const std::uint32_t v : faces[f]) is_used[v] = 1;
         }
+        const std::vector<std::uint32_t> number = number_positions(mesh.positions);
+        std::vector<std::uint8_t> is_there(number.size(), 0);
         for (std::uint32_t v = 0; v < is_used.size(); ++v)
-            if (is_used[v] != 0) used.push_back(v);
+            if (is_used[v] != 0 && std::exchange(is_there[number[v]], 1) == 0) used.push_back(v);
     }
 
     [[nodiscard]] Vec3 area_vector(std::uint32_t f) const {

@@ -13,7 +13,7 @@ namespace mvw {
 struct SurfaceErrorOptions {
     std::uint32_t samples = 1'000'000;  // points laid on each surface by area, fixed seed
     unsigned threads = 0;               // 0: all cores
-    std::uint32_t vertex_stride = 1;    // every so many-th of each surface's vertices is a point, too; at least 1
+    std::uint32_t vertex_stride = 1;    // every so many-th of each surface's positions is a point, too; at least 1
 };
 
 /// Fewer samples, at most as many as by default, and as many fewer vertices: so that figures agree with the default's.
@@ -21,7 +21,8 @@ inline SurfaceErrorOptions sampled(std::uint32_t samples, unsigned threads) {
     return {samples, threads, SurfaceErrorOptions{}.samples / samples};
 }
 
-/// Distances as fractions of the diagonal of the reference's box. All points count alike.
+/// Distances as fractions of the diagonal of the reference's box. All points count alike, and vertices at one position
+/// once.
 struct SurfaceError {
     double rms = 0;         // the larger of both directions
     double mean = 0;        // the larger of both directions

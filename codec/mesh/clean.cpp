@@ -1,12 +1,12 @@
 #include "codec/mesh/clean.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
 #include "codec/mesh/half_edges.h"
+#include "codec/mesh/number_positions.h"
 #include "codec/mesh/semi_regular.h"
 #include "codec/mesh/vertex_data.h"
 
@@ -40,26 +40,6 @@ struct Soup {
         return mates[3 * f] != kNone && mates[3 * f + 1] != kNone && mates[3 * f + 2] != kNone;
     }
 };
-
-/// Numbers positions in order of their first vertex: open addressing over the bit patterns, with -0 taken for 0.
-std::vector<std::uint32_t> number_positions(std::span<const Vec3> positions) {
-    const std::size_t slots = std::bit_ceil(2 * positions.size() + 1);
-    std::vector<std::uint32_t> table(slots, kNone), number(positions.size());
-    const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x + 0.0); };
-    std::uint32_t count = 0;
-    for (std::uint32_t v = 0; v < positions.size(); ++v) {
-        const Vec3& p = positions[v];
-        std::uint64_t key = bits(p.x) * 0x9E3779B97F4A7C15u;
-        key = (key ^ (key >> 29) ^ bits(p.y)) * 0xBF58476D1CE4E5B9u;
-        key = (key ^ (key >> 32) ^ bits(p.z)) * 0x94D049BB133111EBu;
-        std::size_t slot = (key ^ (key >> 31)) & (slots - 1);
-        while (table[slot] != kNone && !(positions[table[slot]] == p)) slot = (slot + 1) & (slots - 1);
-        const bool found = table[slot] != kNone;
-        number[v] = found ? number[table[slot]] : count++;
-        if (!found) table[slot] = v;
-    }
-    return number;
-}
 
 void remove_faces(Soup& soup, std::span<const std::uint8_t> doomed) {
     std::uint32_t kept = 0;

@@ -31,6 +31,27 @@ TEST(SurfaceError, ParallelSquaresLieTheirHeightApart) {
     EXPECT_NEAR(e.normal_deg, 0, 1e-9);
 }
 
+// As STL files have them.
+Mesh with_corners_of_their_own(const Mesh& mesh) {
+    Mesh out;
+    for (const Face& face : mesh.faces) {
+        const auto first = static_cast<std::uint32_t>(out.positions.size());
+        for (const std::uint32_t v : face) out.positions.push_back(mesh.positions[v]);
+        out.faces.push_back({first, first + 1, first + 2});
+    }
+    return out;
+}
+
+TEST(SurfaceError, VerticesAtOnePositionCountOnce) {
+    Mesh spike = icosphere(2);
+    spike.positions[0] = spike.positions[0] * 1.5;
+    const SurfaceError together = surface_error(icosphere(3), spike, {.samples = 0});
+    const SurfaceError apart = surface_error(icosphere(3), with_corners_of_their_own(spike), {.samples = 0});
+    EXPECT_NEAR(apart.rms, together.rms, 1e-12);
+    EXPECT_NEAR(apart.mean, together.mean, 1e-12);
+    EXPECT_EQ(apart.max, together.max);
+}
+
 TEST(SurfaceError, TurnedSurfaceShowsInTheNormalsAlone) {
     Mesh turned = unit_square();
     for (Face& f : turned.faces) std::swap(f[0], f[1]);
