@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace mvw {
@@ -134,6 +135,22 @@ std::vector<Vec3> points_of(const Rounded& rounded) {
     out.reserve(rounded.grid.size());
     for (const GridPoint& k : rounded.grid) out.push_back(rounded.lattice.point(k));
     return out;
+}
+
+double moved_by_rounding(const Rounded& rounded, std::span<const Vec3> positions, const std::vector<Face>& faces) {
+    double area = 0, squares = 0;
+    for (const Face& f : faces) {
+        const Vec3 n = cross(positions[f[1]] - positions[f[0]], positions[f[2]] - positions[f[0]]);
+        const double twice = length(n);
+        if (twice <= 0) continue;
+        std::array<double, 3> d{};
+        for (std::size_t k = 0; k < 3; ++k)
+            d[k] = dot(rounded.lattice.point(rounded.grid[f[k]]) - positions[f[k]], n) / twice;
+        area += twice;
+        // The mean square of what is linear over a triangle.
+        squares += twice * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[0] * d[1] + d[1] * d[2] + d[2] * d[0]) / 6;
+    }
+    return area > 0 ? std::sqrt(squares / area) : 0;
 }
 
 Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits) {

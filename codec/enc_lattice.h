@@ -23,6 +23,10 @@ Rounded round_to(const Lattice& lattice, std::span<const Vec3> positions);
 
 std::vector<Vec3> points_of(const Rounded& rounded);
 
+/// RMS over the surface of how far it moves along its normals where its vertices are rounded: what rounding adds to a
+/// surface's error, squared and summed, while edges are longer than cells. Coded units. O(F).
+double moved_by_rounding(const Rounded& rounded, std::span<const Vec3> positions, const std::vector<Face>& faces);
+
 /// The points of fit_lattice()'s that are nearest to the positions.
 Rounded round_to_lattice(std::span<const Vec3> positions, const std::vector<Face>& faces, unsigned bits);
 

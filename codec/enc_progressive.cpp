@@ -21,11 +21,11 @@ constexpr std::size_t kMostVersions = 200;
 constexpr double kWorthARound = 0.02;  // of the vertices: with fewer it would take too many
 constexpr unsigned kMostLayers = 64;
 constexpr double kStay = 4;            // times the error of the best place: what ends may have that need not be moved
-constexpr double kRounding = 1.15;     // times a version's error, what it has on its lattice
+constexpr double kRounding = 1.2;      // times a version's error, what it has on its lattice
 constexpr double kFinestError = 3e-5;  // RMS, of a version: planes follow
 constexpr unsigned kFewestBits = 6, kMostBits = 14;
 constexpr double kGrowth = 1.4;  // of vertices, in a chunk
-constexpr std::uint32_t kSamples = 30'000;
+constexpr std::uint32_t kSamples = 30'000, kSamplesOfVersions = 10'000;
 
 /// A version of the mesh, and the collapses that have led to it from a finer one.
 struct Version {
@@ -37,8 +37,8 @@ struct Version {
 };
 
 double rms_of(const EncoderInput& input, const std::vector<Face>& faces, std::span<const Vec3> positions,
-              unsigned threads) {
-    const std::optional<SurfaceError> error = error_of(input, faces, positions, sampled(kSamples, threads));
+              const SurfaceErrorOptions& sampling) {
+    const std::optional<SurfaceError> error = error_of(input, faces, positions, sampling);
     return error ? error->rms : 1;
 }
 
@@ -68,15 +68,15 @@ class Versions {
         Version v;
         v.collapses = std::move(collapses);
         v.mesh = simplifier_.mesh(&v.names);
-        v.error = rms_of(input_, v.mesh.faces, v.mesh.positions, threads_);
+        v.error = rms_of(input_, v.mesh.faces, v.mesh.positions, sampled(kSamplesOfVersions, threads_));
         const std::vector<Vec3>& positions = v.mesh.positions;
         v.lattice =
             versions_.empty() ? fit_nested_lattice(positions, v.mesh.faces, kMostBits) : versions_.back().lattice;
         const unsigned least = std::max(kFewestBits, v.lattice.bits - kMostFinerBits);  // both are above zero
         while (v.lattice.bits > least) {
             const Lattice coarser = fit_nested_lattice(positions, v.mesh.faces, v.lattice.bits - 1u);
-            const double error = rms_of(input_, v.mesh.faces, points_of(round_to(coarser, positions)), threads_);
-            if (error > kRounding * std::max(v.error, kFinestError)) break;
+            const double moved = moved_by_rounding(round_to(coarser, positions), positions, v.mesh.faces);
+            if (std::hypot(v.error, moved) > kRounding * std::max(v.error, kFinestError)) break;
             v.lattice = coarser;
         }
         versions_.push_back(std::move(v));
@@ -206,7 +206,9 @@ class Growth {
         for (std::size_t v = 0; v < coarse().names.size(); ++v) out[coarse().names[v]] = coarse().mesh.positions[v];
         return out;
     }
-    [[nodiscard]] double error() const { return rms_of(input_, mesh_.mesh.faces(), points_of(mesh_.at), threads_); }
+    [[nodiscard]] double error() const {
+        return rms_of(input_, mesh_.mesh.faces(), points_of(mesh_.at), sampled(kSamples, threads_));
+    }
 
     const EncoderInput& input_;
     const std::vector<Version>& versions_;

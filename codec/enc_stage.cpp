@@ -12,8 +12,7 @@ namespace mvw {
 namespace {
 
 constexpr std::uint32_t kVerticesOfTile = 60, kMostTiles = 16;  // so that one tile more is a small step, too
-constexpr std::uint32_t kSamples = 100'000;
-constexpr std::uint32_t kSamplesOfVersions = 30'000;
+constexpr std::uint32_t kSamples = 30'000, kSamplesOfVersions = 10'000;
 constexpr double kFewerFaces = 0.85;  // of one version for the next
 constexpr std::size_t kFewestFaces = 32;
 

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "codec/entropy/lattice_cells.h"
+#include "codec/measure/surface_error.h"
 #include "codec/part_params.h"
 #include "tests/support/semi_regular_models.h"
 #include "tests/support/shapes.h"
@@ -89,6 +90,23 @@ TEST(Lattice, NestedOnesFitAxesThatGainByItAlone) {
         EXPECT_EQ(lattice.shift[a], Lattice::kHalf);
     }
     for (const Vec3& p : prism.positions) EXPECT_NEAR(lattice.point(lattice.nearest(p)).z, p.z, 0.02 * lattice.unit());
+}
+
+TEST(Lattice, WhatRoundingMovesIsWhatIsMeasured) {
+    // Edges are ten cells long. bumpy_ball's diagonal is the unit of what is measured.
+    const Mesh ball = plain(bumpy_ball(4));
+    const Rounded rounded = round_to(Lattice::nested(7), ball.positions);
+    Mesh moved = ball;
+    moved.positions = points_of(rounded);
+    const SurfaceError error = surface_error(ball, moved, {.samples = 50'000, .vertex_stride = 1'000'000});
+    EXPECT_NEAR(moved_by_rounding(rounded, ball.positions, ball.faces),
+                error.rms * bounding_box(ball).diagonal(), 0.03 * error.rms * bounding_box(ball).diagonal());
+    EXPECT_EQ(moved_by_rounding(rounded, ball.positions, {}), 0);
+
+    // Along itself a plane does not move.
+    Mesh plane = plain(bumpy_ball(4));
+    for (Vec3& p : plane.positions) p.z = 0;
+    EXPECT_NEAR(moved_by_rounding(round_to({7, {}, {}}, plane.positions), plane.positions, plane.faces), 0, 1e-12);
 }
 
 TEST(Lattice, PlainAndNestedOnesTakeAByte) {
