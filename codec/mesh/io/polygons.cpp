@@ -20,6 +20,7 @@ constexpr std::uint64_t kMaxFaces = 0xFFFFFFFFu / 3;
 
 struct Point2 {
     double x = 0, y = 0;
+    friend bool operator==(const Point2&, const Point2&) = default;
 };
 
 /// Twice the signed area of a, b, c.
@@ -66,13 +67,18 @@ class EarClipper {
         return best;
     }
 
-    /// True where no other corner lies in the triangle at `ear` or on its border.
+    /// True where no other corner lies in the triangle at `ear` or on its border. Polygons with holes go to these and
+    /// back along one edge, whose ends are corners twice: that is in nobody's way, unless sides leave the ear's tip
+    /// into the ear.
     bool is_empty(std::size_t ear) {
         const Point2 a = points_[previous_[ear]], b = points_[ear], c = points_[next_[ear]];
+        const auto lies_inside = [&](const Point2& p) { return turn(a, b, p) > 0 && turn(b, c, p) > 0; };
         for (std::size_t i = next_[next_[ear]]; i != previous_[ear] && budget_ > 0; i = next_[i]) {
             --budget_;
             const Point2& p = points_[i];
-            if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
+            if (turn(a, b, p) < 0 || turn(b, c, p) < 0 || turn(c, a, p) < 0 || p == a || p == c) continue;
+            if (p == b && !lies_inside(points_[previous_[i]]) && !lies_inside(points_[next_[i]])) continue;
+            return false;
         }
         return true;
     }

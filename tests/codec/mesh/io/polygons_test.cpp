@@ -50,6 +50,38 @@ TEST(Triangulate, ConcavePolygonsAreCoveredOnce) {
         }
 }
 
+/// An n-gon with a hole, to which one edge leads and back, starting anywhere.
+std::vector<Vec3> ring(int n, int start) {
+    std::vector<Vec3> polygon;
+    const auto add = [&](int i, double r) {
+        const double a = (i % n) * 6.28318530717958 / n;
+        polygon.push_back({r * std::cos(a), r * std::sin(a), 0});
+    };
+    for (int i = 0; i <= n; ++i) add(i, 1);
+    for (int i = n; i >= 0; --i) add(i, 0.9);
+    std::rotate(polygon.begin(), polygon.begin() + start, polygon.end());
+    return polygon;
+}
+
+TEST(Triangulate, HolesThatAnEdgeLeadsToStayOpen) {
+    for (const int n : {3, 4, 7, 32})
+        for (int start = 0; start < 2 * n + 2; ++start) {
+            const std::vector<Vec3> polygon = ring(n, start);
+            const double area = n * std::sin(6.28318530717958 / n) / 2 * (1 - 0.81);
+            const std::vector<Face> faces = cut(polygon);
+            EXPECT_NEAR(area_along(polygon, faces, {0, 0, 1}, true), area, 1e-9) << n << " corners from " << start;
+            EXPECT_NEAR(area_along(polygon, faces, {0, 0, 1}, false), area, 1e-9);
+        }
+    // Two holes that touch: one corner three times.
+    const std::vector<Vec3> two{{0, 0, 0}, {6, 0, 0}, {6, 4, 0}, {3, 4, 0}, {3, 2, 0}, {5, 2, 0}, {5, 1, 0},
+                                {3, 2, 0}, {1, 1, 0}, {1, 2, 0}, {3, 2, 0}, {3, 4, 0}, {0, 4, 0}};
+    for (std::size_t start = 0; start < two.size(); ++start) {
+        std::vector<Vec3> turned = two;
+        std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(start), turned.end());
+        EXPECT_NEAR(area_along(turned, cut(turned), {0, 0, 1}, true), 22, 1e-9) << start;
+    }
+}
+
 TEST(Triangulate, ArrowheadsAreCutAtTheirNotch) {
     const std::vector<Vec3> arrow{{0, 0, 0}, {2, 1, 0}, {0, 2, 0}, {0.5, 1, 0}};
     for (std::size_t start = 0; start < 4; ++start) {
