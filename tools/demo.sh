@@ -86,7 +86,7 @@ README's pictures:                   $demo/pictures/*
 To look further:
   $mvw info $demo/served/armadillo.mvw
   $mvw view $demo/served/armadillo.mvw                (a window; or --screenshot FILE.png)
-  $mvw encode YOUR_MESH $demo/served/yours.mvw       (.ply .obj .stl .off .gltf .glb)
+  $mvw encode YOUR_MESH $demo/served/yours.mvw       (.ply .obj .stl .3mf .off .gltf .glb)
   $mvw fetch mvw://127.0.0.1:7707/yours yours.ply --max-bytes 10000
   $mvw serve $demo/served
 

@@ -5,7 +5,7 @@ packages=(
     g++ python3 xz-utils clang clang-tidy clang-format cmake ninja-build ccache mold pkg-config git ca-certificates
     libdraco-dev libboost-dev libssl-dev libzstd-dev zstd libgtest-dev libgmock-dev libbenchmark-dev
     libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libembree-dev libhwy-dev libxxhash-dev libeigen3-dev
-    libtinyobjloader-dev libtinygltf-dev libmeshoptimizer-dev libtbb-dev libclang-rt-14-dev
+    libzip-dev libexpat1-dev libtinyobjloader-dev libtinygltf-dev libmeshoptimizer-dev libtbb-dev libclang-rt-14-dev
     nginx-light varnish haproxy  # started by tests of server/deploy
     libepoxy-dev libegl-dev libgl-dev libgl1-mesa-dri libstb-dev libwebp-dev
     libglfw3-dev libimgui-dev xvfb xauth

@@ -99,8 +99,8 @@ TEST(Lattice, WhatRoundingMovesIsWhatIsMeasured) {
     Mesh moved = ball;
     moved.positions = points_of(rounded);
     const SurfaceError error = surface_error(ball, moved, {.samples = 50'000, .vertex_stride = 1'000'000});
-    EXPECT_NEAR(moved_by_rounding(rounded, ball.positions, ball.faces),
-                error.rms * bounding_box(ball).diagonal(), 0.03 * error.rms * bounding_box(ball).diagonal());
+    EXPECT_NEAR(moved_by_rounding(rounded, ball.positions, ball.faces), error.rms * bounding_box(ball).diagonal(),
+                0.03 * error.rms * bounding_box(ball).diagonal());
     EXPECT_EQ(moved_by_rounding(rounded, ball.positions, {}), 0);
 
     // Along itself a plane does not move.

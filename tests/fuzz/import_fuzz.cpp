@@ -8,7 +8,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size == 0) return 0;
-    const auto format = static_cast<mvw::MeshFormat>(data[0] % 6);
+    const auto format = static_cast<mvw::MeshFormat>(data[0] % 7);
     const auto* begin = reinterpret_cast<const std::byte*>(data);
     const mvw::Bytes bytes(begin + 1, begin + size);  // a block of its own, so that reading past it is seen
     mvw::CleanReport report;

@@ -12,12 +12,13 @@ import pathlib
 import re
 import subprocess
 import sys
+import zipfile
 
 TREE = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = TREE / "build-fuzz"
 # What comes before a golden file in an input (the targets' head comments): a byte that says how it is to be taken.
 SEEDS = {"container_fuzz": [("*.mvw", b"")], "decoder_fuzz": [("*.mvw", b"\0")],
-         "import_fuzz": [("*.off", b"\3"), ("*.glb", b"\5")]}
+         "import_fuzz": [("*.off", b"\3"), ("*.glb", b"\5"), ("*.3mf", b"\6")]}
 
 
 def corpus_of(target):
@@ -26,6 +27,10 @@ def corpus_of(target):
     for pattern, head in SEEDS.get(target, []):
         for golden in sorted((TREE / "tests" / "data").glob(pattern)):
             (corpus / golden.name).write_bytes(head + golden.read_bytes())
+    if target == "threemf_fuzz":
+        for golden in sorted((TREE / "tests" / "data").glob("*.3mf")):
+            with zipfile.ZipFile(golden) as package:
+                (corpus / golden.stem).write_bytes(b"\x40" + package.read("3D/3dmodel.model"))
     return corpus
 
 

@@ -24,7 +24,7 @@ std::string stem(const fs::path& file) {
 }  // namespace
 
 Result<std::vector<ModelFile>> list_models(const std::string& folder, const std::vector<std::string>& only) {
-    constexpr std::array<const char*, 6> kEndings{".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
+    constexpr std::array<const char*, 7> kEndings{".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".3mf"};
     std::error_code error;
     std::vector<ModelFile> models;
     fs::recursive_directory_iterator walk(folder, error), end;

@@ -187,7 +187,7 @@ void add_encode(CLI::App& app) {
     EncodeOptions& options = arguments->options;
     CLI::App* command = app.add_subcommand("encode", "Turns a triangle mesh into a .mvw file");
     command->footer("Example: mvw encode bunny.ply bunny.mvw");
-    command->add_option("INPUT", arguments->input, "Mesh: .ply .obj .stl .off .gltf .glb")->required();
+    command->add_option("INPUT", arguments->input, "Mesh: .ply .obj .stl .3mf .off .gltf .glb")->required();
     command->add_option("OUTPUT.mvw", arguments->output, "File to write")->required();
     command
         ->add_option("--transform", arguments->transform,

@@ -19,6 +19,7 @@ Result<Polygons> read_ply(ByteSpan bytes);
 Result<Polygons> read_obj(ByteSpan bytes, const Surroundings& around);
 Result<Polygons> read_stl(ByteSpan bytes);
 Result<Polygons> read_off(ByteSpan bytes);
+Result<Polygons> read_3mf(ByteSpan bytes);
 /// binary: .glb.
 Result<Polygons> read_gltf(ByteSpan bytes, bool binary, const Surroundings& around);
 

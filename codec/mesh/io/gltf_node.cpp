@@ -49,19 +49,6 @@ Result<void> take(const tinygltf::Model& model, const tinygltf::Value& extension
 
 }  // namespace
 
-Vec3 Affine::normal(const Vec3& n) const {
-    const Vec3 m{dot(cross(row[1], row[2]), n), dot(cross(row[2], row[0]), n), dot(cross(row[0], row[1]), n)};
-    return determinant() < 0 ? -m : m;
-}
-
-Affine Affine::after(const Affine& inner) const {
-    Affine out;
-    for (std::size_t r = 0; r < 3; ++r)
-        out.row[r] = inner.row[0] * row[r].x + inner.row[1] * row[r].y + inner.row[2] * row[r].z;
-    out.shift = (*this)(inner.shift);
-    return out;
-}
-
 Affine transform_of(const tinygltf::Node& node) {
     if (node.matrix.size() == 16) {  // by columns
         const auto& m = node.matrix;

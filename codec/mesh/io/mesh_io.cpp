@@ -12,10 +12,11 @@
 namespace mvw {
 namespace {
 
-constexpr std::array<const char*, 6> kEndings{".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
+constexpr std::array<const char*, 7> kEndings{".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".3mf"};
 
 Error unknown_format(const std::string& path) {
-    return {Errc::InvalidArgument, 0, path + ": has no known mesh format's ending (.ply .obj .stl .off .gltf .glb)"};
+    return {Errc::InvalidArgument, 0,
+            path + ": has no known mesh format's ending (.ply .obj .stl .off .gltf .glb .3mf)"};
 }
 
 Error of_file(const std::string& path, Error error) {
@@ -36,6 +37,8 @@ Result<Polygons> read_polygons(ByteSpan bytes, MeshFormat format, const Surround
         case MeshFormat::Gltf:
         case MeshFormat::Glb:
             return read_gltf(bytes, format == MeshFormat::Glb, around);
+        case MeshFormat::ThreeMf:
+            return read_3mf(bytes);
     }
     return Error{Errc::InvalidArgument, 0, "is of no known format"};
 }
@@ -135,9 +138,10 @@ Result<Bytes> write_mesh_to_memory(const Mesh& mesh, MeshFormat format) {
         case MeshFormat::Glb:
             return write_glb(mesh);
         case MeshFormat::Gltf:
+        case MeshFormat::ThreeMf:
             break;
     }
-    return Error{Errc::Unsupported, 0, "cannot be written as .gltf: use .glb"};
+    return Error{Errc::Unsupported, 0, "cannot be written as .gltf or .3mf: use .glb"};
 }
 
 Result<void> write_mesh(const std::string& path, const Mesh& mesh) {

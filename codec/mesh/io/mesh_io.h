@@ -1,6 +1,6 @@
-// Reads and writes triangle meshes by file ending: .ply .obj .stl .off .gltf .glb.
-// OBJ and glTF are left to libraries (tinyobjloader, tinygltf) whose answers are checked here. PLY, OFF and STL have
-// readers of their own: see ply.cpp, off.cpp and stl.cpp for what the libraries at hand lost.
+// Reads and writes triangle meshes by file ending: .ply .obj .stl .off .gltf .glb, and reads .3mf.
+// OBJ and glTF are left to libraries (tinyobjloader, tinygltf) whose answers are checked here. PLY, OFF, STL and 3MF
+// have readers of their own: see ply.cpp, off.cpp, stl.cpp and threemf.cpp for what the libraries at hand lost.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -14,7 +14,7 @@
 
 namespace mvw {
 
-enum class MeshFormat : std::uint8_t { Ply, Obj, Stl, Off, Gltf, Glb };
+enum class MeshFormat : std::uint8_t { Ply, Obj, Stl, Off, Gltf, Glb, ThreeMf };
 
 /// The format that a path's ending names, in capitals or not.
 std::optional<MeshFormat> mesh_format_of(const std::string& path);
@@ -24,10 +24,11 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path);
 /// unreadable, truncated, no faces, an index out of range, a coordinate that is not finite.
 ///
 /// Fields are the scalar properties of PLY vertices, glTF's _NAME attributes of one number, and normals; OBJ's corners
-/// give their vertex the mean of their normals. Colours of materials (OBJ's Kd, glTF's baseColorFactor) are those of the
-/// mesh's materials, unless all are one grey; where some have images (OBJ's map_Kd, glTF's baseColorTexture; PNG, JPEG or
-/// WebP), the mesh has a paintwork, and its vertices that paintwork's colours, the mean of their corners' where seams
-/// give them several. texture: an image for OBJ files with texture coordinates that name none.
+/// give their vertex the mean of their normals. Colours of materials (OBJ's Kd, glTF's baseColorFactor, 3MF's
+/// displaycolor) are those of the mesh's materials, unless all are one grey; where some have images (OBJ's map_Kd,
+/// glTF's baseColorTexture; PNG, JPEG or WebP), the mesh has a paintwork, and its vertices that paintwork's colours,
+/// the mean of their corners' where seams give them several. texture: an image for OBJ files with texture coordinates
+/// that name none.
 Result<Mesh> read_mesh(const std::string& path, CleanReport& report, const std::string& texture = {});
 
 /// The same of bytes in memory, for files that never were one. A .gltf may name no outer buffers then. Any bytes give
@@ -39,8 +40,8 @@ Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanRepor
 /// GLB counts from the box's centre. OBJ and OFF hold decimals that read back as the same doubles. Colours are kept but
 /// in STL (in OBJ without alpha), those of materials as such in GLB and at vertices elsewhere, which are there once for
 /// each of several colours; materials in OBJ and GLB, normals in PLY, OBJ and GLB, scalars in PLY (doubles where
-/// float32 would change one by over 1e-6 of its range) and GLB (float32, as _NAME). A .gltf is not written: ask for
-/// .glb.
+/// float32 would change one by over 1e-6 of its range) and GLB (float32, as _NAME). Neither .gltf nor .3mf is
+/// written: ask for .glb.
 Result<void> write_mesh(const std::string& path, const Mesh& mesh);
 
 /// Names of attributes of the mesh that files of the format do not hold.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tests/support/archive.h"
 #include "tests/support/shapes.h"
 
 namespace mvw {
@@ -230,6 +231,15 @@ std::vector<Sample> good_samples() {
         {"solid.stl", MeshFormat::Stl, binary_stl(2, 2, "solid says the start of this binary file"), 6, 2, {}},
         gltf_triangle(),
         glb(),
+        {"triangle.3mf",
+         MeshFormat::ThreeMf,
+         threemf_of(R"(<model><resources><object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/>)"
+                    R"(<vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices><triangles>)"
+                    R"(<triangle v1="0" v2="1" v3="2"/></triangles></mesh></object></resources>)"
+                    R"(<build><item objectid="1"/></build></model>)"),
+         3,
+         1,
+         {}},
     };
     return samples;
 }
