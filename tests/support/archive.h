@@ -11,7 +11,7 @@ namespace mvw {
 /// Of files by name, each deflated.
 Bytes zip_of(const std::vector<std::pair<std::string, std::string>>& files);
 
-/// A 3MF package whose model is `model` at the usual place.
+/// A 3MF package whose relationships say that `model` is its model.
 Bytes threemf_of(const std::string& model);
 
 }  // namespace mvw

@@ -121,7 +121,8 @@ void decode_original_to(const DecodeArguments& arguments, ByteSpan file) {
 }
 
 void decode(const DecodeArguments& arguments) {
-    if (!mesh_format_of(arguments.output)) throw Fatal{kUsage, arguments.output + ": unknown kind of mesh file"};
+    if (!can_write_mesh(arguments.output))
+        throw Fatal{kUsage, arguments.output + ": no kind of mesh file that is written (.ply .obj .stl .off .glb)"};
     const Result<Bytes> all = read_file(arguments.input);
     if (!all.ok()) throw Fatal{kFailure, all.error().message};
     if (arguments.original) return decode_original_to(arguments, *all);

@@ -160,8 +160,9 @@ void report(const FetchArguments& arguments, const client::Summary& summary, con
 void fetch(const FetchArguments& arguments) {
     const Result<client::Url> url = client::parse_url(arguments.url);
     if (!url) throw Fatal{kUsage, url.error().message};
-    if (!arguments.wants_container() && (!mesh_format_of(arguments.output)))
-        throw Fatal{kUsage, arguments.output + ": neither .mvw nor a known kind of mesh file"};
+    if (!arguments.wants_container() && !can_write_mesh(arguments.output))
+        throw Fatal{kUsage, arguments.output +
+                                ": neither .mvw nor a kind of mesh file that is written (.ply .obj .stl .off .glb)"};
 
     const bool terminal = ::isatty(STDERR_FILENO) != 0;
     ProgressBar bar(terminal && arguments.snapshots.empty());

@@ -14,6 +14,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "codec/mesh/io/errors.h"
 #include "codec/mesh/io/files.h"
 #include "codec/mesh/io/formats.h"
 #include "codec/mesh/io/gltf_accessor.h"
@@ -28,13 +29,6 @@ namespace {
 
 /// Deeper JSON is refused: tinygltf follows it by recursion.
 constexpr int kMaxJsonDepth = 100;
-/// Vertices and corners of all instances together may be so many times the bytes of the file, and this many more:
-/// a short file can place one mesh any number of times.
-constexpr std::uint64_t kMaxInstancing = 1000, kFreeInstances = 1'000'000;
-
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
 
 /// Gathers the scene's triangles.
 class SceneReader {
@@ -268,10 +262,6 @@ class SceneReader {
         return values;
     }
 
-    static Error over_budget() {
-        return {Errc::LimitExceeded, 0, "places its meshes so often that they are too large together"};
-    }
-
     const tinygltf::Model& model_;
     std::uint64_t budget_;
     const GltfPaints paints_;
@@ -434,7 +424,7 @@ Result<Polygons> read_gltf(ByteSpan bytes, bool binary, const Surroundings& arou
     if (const auto done = unpack(model); !done) return done.error();
     std::uint64_t size = bytes.size();
     for (const tinygltf::Buffer& buffer : model.buffers) size += buffer.data.size();
-    return SceneReader(model, kFreeInstances + kMaxInstancing * size).read();
+    return SceneReader(model, budget_of_instances(size)).read();
 }
 
 }  // namespace mvw

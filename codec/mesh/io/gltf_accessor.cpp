@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "codec/mesh/io/errors.h"
+
 namespace mvw {
 namespace {
-
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
 
 constexpr std::size_t kMaxStride = 256;
 

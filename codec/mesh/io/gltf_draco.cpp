@@ -9,15 +9,13 @@
 #include <memory>
 #include <string>
 
+#include "codec/mesh/io/errors.h"
+
 namespace mvw {
 namespace {
 
 constexpr std::uint64_t kMaxFacesPerByte = 256;  // a flat grid of 700 by 700 vertices has 28
 constexpr unsigned kTriangleMesh = 1, kEdgebreaker = 1, kHasMetadata = 0x8000;
-
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
 
 draco::DecoderBuffer buffer_of(ByteSpan bytes) {
     draco::DecoderBuffer buffer;

@@ -5,16 +5,13 @@
 #include <algorithm>
 #include <span>
 
+#include "codec/mesh/io/errors.h"
 #include "codec/mesh/io/gltf_accessor.h"
 
 namespace mvw {
 namespace {
 
 constexpr std::uint64_t kMostBesides = 4096;  // what a stream's last block may hold besides, at most 256 bytes a row
-
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
 
 std::size_t number_of(const tinygltf::Value& extension, const char* name) {
     return static_cast<std::size_t>(std::max(0, index_of(extension, name)));

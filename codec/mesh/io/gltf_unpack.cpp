@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "codec/mesh/io/errors.h"
 #include "codec/mesh/io/gltf_accessor.h"
 #include "codec/mesh/io/gltf_draco.h"
 #include "codec/mesh/io/gltf_meshopt.h"
@@ -19,10 +20,6 @@ namespace {
 /// All of a file may unpack to kMostPerByte times its bytes (meshopt's views come to a quarter of it, Draco's streams
 /// of real meshes to less) and this much more.
 constexpr std::uint64_t kMostPerByte = 4 * kMostMeshoptPerByte, kFreeBytes = 1u << 24;
-
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
 
 template <typename Extensible>
 const tinygltf::Value* extension_of(const Extensible& object, const char* name) {

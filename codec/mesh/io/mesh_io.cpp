@@ -100,6 +100,11 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path) {
     return {};
 }
 
+bool can_write_mesh(const std::string& path) {
+    const auto format = mesh_format_of(path);
+    return format && format != MeshFormat::Gltf && format != MeshFormat::ThreeMf;
+}
+
 Result<Mesh> read_mesh_from_memory(ByteSpan bytes, MeshFormat format, CleanReport& report) {
     return read_bytes(bytes, format, {}, report);
 }

@@ -18,6 +18,8 @@ enum class MeshFormat : std::uint8_t { Ply, Obj, Stl, Off, Gltf, Glb, ThreeMf };
 
 /// The format that a path's ending names, in capitals or not.
 std::optional<MeshFormat> mesh_format_of(const std::string& path);
+/// Whether write_mesh() writes files of this name: not .gltf, .3mf and unknown ones.
+bool can_write_mesh(const std::string& path);
 
 /// Reads a mesh: polygons triangulated (counted in the report), not cleaned otherwise. Colours are those of vertices;
 /// materials are labels, present where a file uses more than one. Errors name the file and the reason: missing,
@@ -25,10 +27,10 @@ std::optional<MeshFormat> mesh_format_of(const std::string& path);
 ///
 /// Fields are the scalar properties of PLY vertices, glTF's _NAME attributes of one number, and normals; OBJ's corners
 /// give their vertex the mean of their normals. Colours of materials (OBJ's Kd, glTF's baseColorFactor, 3MF's
-/// displaycolor) are those of the mesh's materials, unless all are one grey; where some have images (OBJ's map_Kd,
-/// glTF's baseColorTexture; PNG, JPEG or WebP), the mesh has a paintwork, and its vertices that paintwork's colours,
-/// the mean of their corners' where seams give them several. texture: an image for OBJ files with texture coordinates
-/// that name none.
+/// base materials and groups of colours, but none of its images) are those of the mesh's materials, unless all are one
+/// grey; where some have images (OBJ's map_Kd, glTF's baseColorTexture; PNG, JPEG or WebP), the mesh has a paintwork,
+/// and its vertices that paintwork's colours, the mean of their corners' where seams give them several. texture: an
+/// image for OBJ files with texture coordinates that name none.
 Result<Mesh> read_mesh(const std::string& path, CleanReport& report, const std::string& texture = {});
 
 /// The same of bytes in memory, for files that never were one. A .gltf may name no outer buffers then. Any bytes give

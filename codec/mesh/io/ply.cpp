@@ -10,6 +10,7 @@
 #include <cstring>
 #include <set>
 
+#include "codec/mesh/io/errors.h"
 #include "codec/mesh/io/formats.h"
 #include "codec/mesh/io/text.h"
 
@@ -42,10 +43,6 @@ struct Header {
     Encoding encoding = Encoding::Ascii;
     std::vector<Element> elements;
 };
-
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
 
 std::optional<Scalar> to_scalar(std::string_view name) {
     constexpr std::array<std::array<std::string_view, 2>, 8> kNames{{{"char", "int8"},

@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "codec/mesh/io/errors.h"
 #include "codec/mesh/io/formats.h"
 #include "codec/mesh/io/threemf_model.h"
 #include "codec/mesh/io/zip.h"
@@ -20,15 +21,11 @@ namespace {
 
 /// XML may be so many times as long as its archive, and this many bytes more. (Of the 84 packages that Cura 4.13 has
 /// in Debian 14 is the most.)
-constexpr std::uint64_t kMostUnfolding = 200, kFreeBytes = 1u << 20;
-/// Likewise vertices and corners of all that is built: components may stand anywhere any number of times.
-constexpr std::uint64_t kMostInstancing = 1000, kFreeInstances = 1'000'000;
+constexpr std::uint64_t kMostUnfolding = 50, kFreeBytes = 1u << 20;
+constexpr std::uint64_t kCostOfPlace = 16;  // of what is placed, in vertices: it is looked up by name
 constexpr int kMostNesting = 32;
+constexpr std::size_t kMostMaterials = 256;  // above, colours are those of vertices: borders of materials take bytes
 constexpr const char *kRelationships = "/_rels/.rels", *kUsualModel = "/3D/3dmodel.model";
-
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
 
 std::string with_slash(const std::string& path) {
     return path.starts_with('/') ? path : '/' + path;
@@ -38,21 +35,21 @@ std::string with_slash(const std::string& path) {
 class PackageReader {
  public:
     PackageReader(const ZipArchive& archive, std::uint64_t bytes)
-        : archive_(archive),
-          xml_left_(bytes * kMostUnfolding + kFreeBytes),
-          left_(bytes * kMostInstancing + kFreeInstances) {}
+        : archive_(archive), xml_left_(bytes * kMostUnfolding + kFreeBytes), left_(budget_of_instances(bytes)) {}
 
     Result<Polygons> read() {
         const Result<std::string> path = path_of_model();
         if (!path) return path.error();
         const auto model = model_at(*path);
         if (!model) return model.error();
-        std::vector<ThreemfPlace> items = (*model)->items;
-        if (items.empty())
-            for (const auto& [id, object] : (*model)->objects)
-                if (object.components.empty()) items.push_back({{}, id, {}});
-        for (const ThreemfPlace& item : items)
+        for (const ThreemfPlace& item : (*model)->items)
             if (const auto done = add(item, *path, {}, 0); !done) return done.error();
+        if ((*model)->items.empty())
+            for (const auto& [id, object] : (*model)->objects)
+                if (object.components.empty())
+                    if (const auto done = add({{}, id, {}}, *path, {}, 0); !done) return done.error();
+        if (leaves_out_colors_)
+            out_.missing_textures.emplace_back("images and mixed colours of 3MF: their triangles are white");
         paint();
         return std::move(out_);
     }
@@ -73,13 +70,15 @@ class PackageReader {
         return path ? with_slash(*path) : path;
     }
     Result<const ThreemfModel*> model_at(const std::string& path) {
-        const auto known = models_.find(path);
+        std::string key = path;  // names of parts are told apart so
+        for (char& c : key)
+            if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+        const auto known = models_.find(key);
         if (known != models_.end()) return &known->second;
         Result<ThreemfModel> model = read_threemf_model(pieces(path));
         if (!model) return Error{model.error().code, 0, path.substr(1) + ": " + model.error().message};
-        if (model->has_textures)
-            out_.missing_textures.emplace_back("images of 3MF files are not read: their triangles have no colour");
-        return &models_.emplace(path, std::move(*model)).first->second;
+        leaves_out_colors_ = leaves_out_colors_ || model->leaves_out_colors;
+        return &models_.emplace(std::move(key), std::move(*model)).first->second;
     }
 
     Result<void> add(const ThreemfPlace& place, const std::string& outer_path, const Affine& outer, int depth) {
@@ -90,9 +89,9 @@ class PackageReader {
         if (found == (*model)->objects.end()) return malformed(fmt::format("there is no object {}", place.object));
         if (depth == kMostNesting) return Error{Errc::LimitExceeded, 0, "nests its components too deep"};
         const ThreemfObject& object = found->second;
-        const std::uint64_t cost = 1 + object.positions.size() + 3 * object.faces.size();
-        if (cost > left_)
-            return Error{Errc::LimitExceeded, 0, "places its objects so often that they are too large together"};
+        if (object.is_other) return {};
+        const std::uint64_t cost = kCostOfPlace + object.positions.size() + 3 * object.faces.size();
+        if (cost > left_) return over_budget();
         left_ -= cost;
         const Affine here = outer.after(place.to_outer);
         for (const ThreemfPlace& component : object.components)
@@ -117,7 +116,8 @@ class PackageReader {
         return {};
     }
 
-    /// Colours of materials where each triangle has one, else of vertices: the mean of their corners'.
+    /// Colours of materials where each triangle has one and these are few, else of vertices: the mean of their
+    /// corners'.
     void paint() {
         const auto key = [](const Rgba8& c) { return std::uint32_t{c.r} << 24 | c.g << 16 | c.b << 8 | c.a; };
         const auto is_one = [&](std::size_t f) {
@@ -125,7 +125,7 @@ class PackageReader {
         };
         std::map<std::uint32_t, std::uint32_t> labels;
         for (std::size_t f = 0; f < out_.count(); ++f) {
-            if (!is_one(f)) return paint_vertices();
+            if (!is_one(f) || labels.size() > kMostMaterials) return paint_vertices();
             const auto label = static_cast<std::uint32_t>(out_.paints.size());
             const auto [at, is_new] = labels.emplace(key(colors_[3 * f]), label);
             if (is_new) out_.paints.emplace_back().color = to_linear(colors_[3 * f]);
@@ -142,22 +142,22 @@ class PackageReader {
     void paint_vertices() {
         out_.paints.clear();
         out_.paint_of.clear();
+        out_.colors.assign(out_.positions.size(), {255, 255, 255, 255});
         std::vector<std::array<double, 5>> sums(out_.positions.size());
         for (std::size_t i = 0; i < out_.corners.size(); ++i) {
             const std::array<double, 4> color = to_linear(colors_[i]);
             for (std::size_t k = 0; k < 4; ++k) sums[out_.corners[i]][k] += color[k];
             ++sums[out_.corners[i]][4];
         }
-        for (const auto& [r, g, b, a, n] : sums) {
-            const double count = std::max(n, 1.0);
-            out_.colors.push_back(to_srgb({r / count, g / count, b / count, a / count}));
-        }
+        for (std::size_t v = 0; v < sums.size(); ++v)
+            if (const auto& [r, g, b, a, n] = sums[v]; n > 0) out_.colors[v] = to_srgb({r / n, g / n, b / n, a / n});
     }
 
     const ZipArchive& archive_;
     std::uint64_t xml_left_, left_;
-    std::map<std::string, ThreemfModel> models_;  // by path
-    std::vector<Rgba8> colors_;                   // of each corner
+    std::map<std::string, ThreemfModel> models_;  // by path, in small letters
+    bool leaves_out_colors_ = false;
+    std::vector<Rgba8> colors_;  // of each corner
     Polygons out_;
 };
 

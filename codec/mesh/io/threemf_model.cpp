@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "codec/mesh/io/errors.h"
 #include "codec/mesh/io/text.h"
 #include "codec/mesh/io/xml.h"
 
@@ -13,9 +14,7 @@ namespace mvw {
 
 namespace {
 
-Error malformed(std::string reason) {
-    return {Errc::Malformed, 0, std::move(reason)};
-}
+constexpr std::size_t kMostPlaces = 1'000'000, kMostObjects = 1'000'000;
 
 std::optional<std::uint32_t> to_index(std::optional<std::string_view> word) {
     std::uint32_t value = 0;
@@ -61,7 +60,7 @@ class ModelReader {
             return element.space.find(specification) != std::string_view::npos;
         };
         if (is_of("/3dmanufacturing/material/")) return material(element);
-        if (!element.space.empty() && !is_of("/3dmanufacturing/core/")) return {};
+        if (!element.space.empty() && !is_of("/3dmanufacturing/core/") && !is_of("/3dmanufacturing/2013/")) return {};
         if (element.name == "vertex") return vertex(element);
         if (element.name == "triangle") return triangle(element);
         if (element.name == "object") return object(element);
@@ -80,7 +79,8 @@ class ModelReader {
     Result<void> material(const XmlElement& element) {
         if (element.name == "colorgroup") return group(element);
         if (element.name == "color") return color(element, "color");
-        if (element.name == "texture2dgroup") textured_.insert(text_of(element, "id"));
+        for (const char* unknown : {"texture2dgroup", "compositematerials", "multiproperties"})
+            if (element.name == unknown) left_out_.insert(text_of(element, "id"));
         return {};
     }
     Result<void> group(const XmlElement& element) {
@@ -90,16 +90,17 @@ class ModelReader {
     Result<void> color(const XmlElement& element, std::string_view attribute) {
         const std::optional<std::string_view> word = element.attribute(attribute);
         const std::optional<Rgba8> color = word ? to_color(*word) : std::nullopt;
-        if (word && !color) return malformed("a colour is not #RRGGBB or #RRGGBBAA");
         if (group_ == nullptr) return {};
         group_->push_back(color ? static_cast<std::uint32_t>(model_.colors.size()) : ThreemfModel::kNoColor);
         if (color) model_.colors.push_back(*color);
         return {};
     }
     Result<void> object(const XmlElement& element) {
+        if (model_.objects.size() == kMostObjects) return Error{Errc::LimitExceeded, 0, "there are too many objects"};
         const auto [at, is_new] = model_.objects.try_emplace(text_of(element, "id"));
         if (!is_new) return malformed("there are two objects of one id");
         object_ = &at->second;
+        object_->is_other = element.attribute("type") == "other";
         group_of_object_ = text_of(element, "pid");
         color_of_object_ = to_index(element.attribute("pindex")).value_or(0);
         return {};
@@ -134,7 +135,7 @@ class ModelReader {
             index_[k] = to_index(element.attribute(kColors[k])).value_or(before);
             colors[k] = color_of(group, index_[k]);
         }
-        model_.has_textures = model_.has_textures || textured_.contains(group);
+        model_.leaves_out_colors = model_.leaves_out_colors || left_out_.contains(group);
         object_->faces.push_back(face);
         object_->colors.push_back(colors);
         return {};
@@ -143,10 +144,13 @@ class ModelReader {
         const auto found = groups_.find(group);
         return found != groups_.end() && index < found->second.size() ? found->second[index] : ThreemfModel::kNoColor;
     }
-    static Result<void> place(const XmlElement& element, std::vector<ThreemfPlace>* places) {
+    Result<void> place(const XmlElement& element, std::vector<ThreemfPlace>* places) {
         const std::optional<Affine> to_outer = to_affine(element.attribute("transform"));
         if (!to_outer) return malformed("a transform needs twelve numbers");
-        if (places != nullptr) places->push_back({text_of(element, "path"), text_of(element, "objectid"), *to_outer});
+        if (++places_ > kMostPlaces) return Error{Errc::LimitExceeded, 0, "objects are placed too often"};
+        const std::optional<std::string_view> path = element.attribute("path", "/3dmanufacturing/production/");
+        if (places != nullptr)
+            places->push_back({std::string(path.value_or("")), text_of(element, "objectid"), *to_outer});
         return {};
     }
 
@@ -157,7 +161,8 @@ class ModelReader {
     Face index_{};  // in its group, of the colours of the triangle at hand
     std::map<std::string, std::vector<std::uint32_t>> groups_;
     std::vector<std::uint32_t>* group_ = nullptr;  // the last one
-    std::set<std::string> textured_;               // groups
+    std::set<std::string> left_out_;               // groups that are not known
+    std::size_t places_ = 0;
 };
 
 Result<void> read_xml(const ThreemfPieces& pieces, XmlHandlers handlers) {

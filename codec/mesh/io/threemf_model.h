@@ -22,12 +22,14 @@ struct ThreemfPlace {
 
 /// A mesh, or components.
 ///
+/// is_other  neither part of what is built nor a support of it: slicers keep modifiers and negative volumes so
 /// faces   indices below 2^32 - 1, unchecked
 /// colors  F: of each face's corners, indices into ThreemfModel::colors; kNoColor where it has none
 struct ThreemfObject {
     std::vector<Vec3> positions;
     std::vector<Face> faces, colors;
     std::vector<ThreemfPlace> components;
+    bool is_other = false;
 };
 
 struct ThreemfModel {
@@ -36,13 +38,14 @@ struct ThreemfModel {
     std::map<std::string, ThreemfObject> objects;  // by id
     std::vector<ThreemfPlace> items;               // what is to be built
     std::vector<Rgba8> colors;
-    bool has_textures = false;
+    bool leaves_out_colors = false;  // triangles have some by images or mixtures, which are not known
 };
 
 /// Calls its argument with one piece of the part after the other, until that fails.
 using ThreemfPieces = std::function<Result<void>(const std::function<Result<void>(ByteSpan)>&)>;
 
-/// Errors say the line, and pass on those of `pieces`.
+/// Elements of other extensions are passed over. Errors say the line, or are those of `pieces`; LimitExceeded where
+/// there are more objects, or places of objects, than memory should hold.
 Result<ThreemfModel> read_threemf_model(const ThreemfPieces& pieces);
 
 /// Where a package's relationships say that its model is; empty where they say nothing.

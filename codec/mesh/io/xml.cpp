@@ -3,7 +3,11 @@
 #include <expat.h>
 #include <fmt/format.h>
 
+#include <string>
+#include <tuple>
 #include <utility>
+
+#include "codec/mesh/io/text.h"
 
 namespace mvw {
 
@@ -23,9 +27,15 @@ XmlElement::XmlElement(std::string_view qualified, const char** attributes) : at
     std::tie(space, name) = split(qualified);
 }
 
-std::optional<std::string_view> XmlElement::attribute(std::string_view wanted) const {
-    for (const char** a = attributes_; a != nullptr && a[0] != nullptr; a += 2)
-        if (split(a[0]).second == wanted) return a[1];
+std::optional<std::string_view> XmlElement::attribute(std::string_view wanted, std::string_view space_part) const {
+    for (const char** a = attributes_; a != nullptr && a[0] != nullptr; a += 2) {
+        const auto [in, called] = split(a[0]);
+        if (called != wanted || in.empty() != space_part.empty() || in.find(space_part) == in.npos) continue;
+        std::string_view value = a[1];
+        while (!value.empty() && is_blank(value.front())) value.remove_prefix(1);
+        while (!value.empty() && is_blank(value.back())) value.remove_suffix(1);
+        return value;
+    }
     return {};
 }
 

@@ -18,8 +18,9 @@ class XmlElement {
     XmlElement(std::string_view qualified, const char** attributes);
 
     std::string_view space, name;  // of names: a URI, empty where there is none; and the name there
-    /// By its name, whatever space that is in.
-    [[nodiscard]] std::optional<std::string_view> attribute(std::string_view wanted) const;
+    /// By its name in a space of whose URI `space_part` is a part; as most are, in none. Without blanks around it.
+    [[nodiscard]] std::optional<std::string_view> attribute(std::string_view wanted,
+                                                            std::string_view space_part = {}) const;
 
  private:
     const char** attributes_;

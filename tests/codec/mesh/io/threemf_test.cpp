@@ -139,6 +139,14 @@ TEST(ThreeMf, WhatIsWrongIsSaid) {
                 HasSubstr("declares a document type"));
     EXPECT_THAT(of("", ""), HasSubstr("has no faces"));
     EXPECT_THAT(of(object, R"(<item objectid="2"/>)"), HasSubstr("there is no object 2"));
+    EXPECT_THAT(of(R"(<object id="1"><components><component xmlns:p="http://schemas.microsoft.com/3dmanufacturing/)"
+                   R"(production/2015/06" p:path="/a.model" objectid="1"/></components></object>)",
+                   item),
+                HasSubstr("a.model: cannot be read"));
+    Bytes many_ends = threemf_of(model(object, item));
+    for (int k = 0; k < 20; ++k)
+        for (const char c : {'P', 'K', '\5', '\6'}) many_ends.push_back(static_cast<std::byte>(c));
+    EXPECT_THAT(reason(many_ends), HasSubstr("ends in too many places"));
     EXPECT_THAT(of(object + object, item), HasSubstr("two objects of one id"));
     EXPECT_THAT(of(R"(<object id="1"><mesh><vertices><vertex x="0" y="0"/></vertices></mesh></object>)", item),
                 HasSubstr("a vertex needs three coordinates"));
@@ -148,9 +156,70 @@ TEST(ThreeMf, WhatIsWrongIsSaid) {
         of(R"(<object id="1"><mesh><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>)", item),
         HasSubstr("names vertex 0 of 0"));
     EXPECT_THAT(of(object, R"(<item objectid="1" transform="1 0 0"/>)"), HasSubstr("twelve numbers"));
-    EXPECT_THAT(of(R"(<basematerials id="5"><base displaycolor="red"/></basematerials>)", ""), HasSubstr("#RRGGBB"));
     EXPECT_THAT(of(R"(<object id="1"><components><component objectid="1"/></components></object>)", item),
                 HasSubstr("too deep"));
+}
+
+TEST(ThreeMf, DamageIsSeen) {
+    const Bytes good = threemf_of(model(R"(<object id="1">)" + kTriangle + "</object>", R"(<item objectid="1"/>)"));
+    std::size_t seen = 0;
+    for (std::size_t at = 0; at < good.size(); ++at) {
+        Bytes bad = good;
+        bad[at] ^= std::byte{0x55};
+        const Result<Mesh> mesh = read(bad);
+        EXPECT_EQ(mesh.ok() ? mesh->faces.size() : 1, 1u) << at;  // dates and the like do not matter
+        seen += mesh.ok() ? 0 : 1;
+    }
+    EXPECT_GT(seen, good.size() / 2);
+}
+
+TEST(ThreeMf, ModifiersAreNoSurface) {
+    const std::string one = R"(<object id="1">)" + kTriangle + "</object>";
+    const std::string other = R"(<object id="2" type="other">)" + kTriangle + "</object>";
+    const std::string both =
+        R"(<object id="3"><components><component objectid="1"/><component objectid="2"/></components></object>)";
+    EXPECT_EQ(mesh_of(one + other + both, R"(<item objectid="3"/>)").faces.size(), 1u);
+    EXPECT_EQ(mesh_of(one + other, "").faces.size(), 1u);
+}
+
+TEST(ThreeMf, ColoursThatAreNotKnownAreNamedOnce) {
+    const std::string painted =
+        R"(<mesh><vertices><vertex x=" 0" y="0 " z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="2" z="0"/>)"
+        R"(</vertices><triangles><triangle v1="0" v2="1" v3="2" pid="9" p1="0" p2="1" p3="2"/></triangles></mesh>)";
+    CleanReport report;
+    const Result<Mesh> mesh = read_mesh_from_memory(
+        threemf_of(model(
+            R"(<m:texture2dgroup xmlns:m="http://schemas.microsoft.com/3dmanufacturing/material/2015/02" id="9"/>)"
+            R"(<basematerials id="5"><base displaycolor="red"/></basematerials><object id="1">)" +
+                painted + R"(</object><object id="2">)" + painted + "</object>",
+            R"(<item objectid="1"/><item objectid="2"/>)")),
+        MeshFormat::ThreeMf, report);
+    ASSERT_TRUE(mesh.ok()) << mesh.error().message;
+    EXPECT_TRUE(mesh->materials.empty());
+    ASSERT_EQ(report.missing_textures.size(), 1u);
+    EXPECT_THAT(report.missing_textures[0], HasSubstr("3MF"));
+}
+
+TEST(ThreeMf, ManyColoursAreThoseOfVertices) {
+    std::string colors, vertices = R"(<vertex x="9" y="9" z="9"/>)", triangles;
+    const auto attribute = [](const char* name, int value) {
+        return std::string(" ") + name + "=\"" + std::to_string(value) + "\"";
+    };
+    for (int k = 0; k < 300; ++k) {
+        colors += R"(<base displaycolor="#00)" + std::to_string(1000 + k) + R"("/>)";
+        vertices += "<vertex" + attribute("x", k) + attribute("y", 0) + attribute("z", k % 2) + "/>";
+        if (k < 298)
+            triangles += "<triangle" + attribute("v1", k + 1) + attribute("v2", k + 2) + attribute("v3", k + 3) +
+                         attribute("p1", k) + "/>";
+    }
+    const Mesh mesh =
+        mesh_of(R"(<basematerials id="5">)" + colors + R"(</basematerials><object id="1" pid="5"><mesh><vertices>)" +
+                    vertices + "</vertices><triangles>" + triangles + "</triangles></mesh></object>",
+                R"(<item objectid="1"/>)");
+    EXPECT_TRUE(mesh.material_colors.empty());
+    ASSERT_EQ(mesh.colors.size(), 301u);
+    EXPECT_EQ(mesh.colors[0], (Rgba8{255, 255, 255, 255}));  // in no triangle
+    EXPECT_EQ(mesh.colors[1], (Rgba8{0, 0x10, 0x00, 255}));
 }
 
 TEST(ThreeMf, FewBytesUnfoldToNothingLarge) {
@@ -162,7 +231,7 @@ TEST(ThreeMf, FewBytesUnfoldToNothingLarge) {
     }
     const Result<Mesh> bomb = read(threemf_of(model(objects, R"(<item objectid="29"/>)")));
     ASSERT_FALSE(bomb.ok());
-    EXPECT_THAT(bomb.error().message, HasSubstr("places its objects so often"));
+    EXPECT_THAT(bomb.error().message, HasSubstr("places its meshes so often"));
 
     std::string vertices;
     for (int k = 0; k < 300'000; ++k) vertices += R"(<vertex x="0" y="0" z="0"/>)";
