@@ -36,8 +36,9 @@ inline constexpr std::size_t kMostStages = 2;
 /// than as wavelets of the same accuracy. A closing part's vertices come on a grid about as coarse as the error is by
 /// then, so that the picture stays as good as it was, then in planes, tile by tile. Where a few kilobytes of plain
 /// triangles are better than of wavelets, a coarse version is shown before these are (PartInfo::preview), or a
-/// progressive mesh takes their place. Nothing where the file would become much longer by it; surfaces that
-/// wavelets leave visibly wrong may take up to four times the bytes.
+/// progressive mesh takes their place; parts without wavelets (coded by Draco alone, facets) count as such. Nothing
+/// where the file would become much longer by it; surfaces that wavelets leave visibly wrong may take up to four times
+/// the bytes.
 std::optional<Closing> close(const EncoderInput& input, const Opening& opening, const ClosingOptions& options);
 
 }  // namespace mvw

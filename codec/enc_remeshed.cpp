@@ -321,9 +321,11 @@ std::optional<Closing> close_where_it_pays(const Source& source, const Coded& co
                                            const EncodeOptions& options) {
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
     const bool plain = std::ranges::all_of(coded.model.parts, [](const CodedPart& p) { return p.attributes.empty(); });
-    const bool remeshed = std::ranges::find(source.origins, PartOrigin::Remeshed) != source.origins.end();
+    // What is semi-regular already is kept, and what is this short is there at once.
+    const bool kept = std::ranges::all_of(source.origins, [](PartOrigin o) { return o == PartOrigin::Recognized; });
+    const bool is_short = double(coded.file.size()) <= least_beginning(source.input);
     const bool fits = coded.model.parts.size() + kMostStages <= Limits{}.max_parts;
-    if (!options.close || chosen || !plain || !remeshed || !fits || options.lossless > 0) return std::nullopt;
+    if (!options.close || chosen || !plain || kept || is_short || !fits || options.lossless > 0) return std::nullopt;
     return close(
         source.input, {coded.model.header, coded.plan, whole},
         {options.profile == Profile::Fast, options.choose_transform && options.tile_count == 0, options.threads});

@@ -263,6 +263,21 @@ TEST_F(PlainFile, NeverGetsWorse) {
     }
 }
 
+TEST(Closing, WhatCannotBeRemeshedShowsSomethingEarlyAllTheSame) {
+    const Mesh input = mvw::rough_torus(30, 16, 0.1);
+    EncodeOptions options;
+    options.close = false;
+    const Encoded alone = encode(input, options).value(), file = encode(input, {}).value();
+    ASSERT_GT(alone.facets_area_share + alone.draco_area_share, 0.99);
+    EXPECT_GT(file.psnr, 90);
+    EXPECT_LT(double(file.file.size()), 1.7 * double(alone.file.size()));
+    const std::size_t half = alone.file.size() / 2;
+    EXPECT_FALSE(decode(ByteSpan(alone.file).first(half)).ok());
+    const Result<Mesh> early = decode(ByteSpan(file.file).first(half));
+    ASSERT_TRUE(early.ok()) << early.error().message;
+    EXPECT_GT(surface_error(input, *early, {.samples = 20'000}).psnr, 40);
+}
+
 TEST(Closing, AttributesAndChoicesOfOnesOwnKeepWavelets) {
     Mesh colored = rough_torus();
     colored.colors.assign(colored.positions.size(), {10, 20, 30, 255});
