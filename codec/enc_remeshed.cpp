@@ -321,11 +321,13 @@ std::optional<Closing> close_where_it_pays(const Source& source, const Coded& co
                                            const EncodeOptions& options) {
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
     const bool plain = std::ranges::all_of(coded.model.parts, [](const CodedPart& p) { return p.attributes.empty(); });
-    // What is semi-regular already is kept, and what is this short is there at once.
-    const bool kept = std::ranges::all_of(source.origins, [](PartOrigin o) { return o == PartOrigin::Recognized; });
+    const auto has = [&](PartOrigin o) { return std::ranges::find(source.origins, o) != source.origins.end(); };
+    // Without wavelets that may be wrong: what is semi-regular already is kept, and what is this short is there at
+    // once.
     const bool is_short = double(coded.file.size()) <= least_beginning(source.input);
+    const bool stays = !has(PartOrigin::Remeshed) && (has(PartOrigin::Recognized) || is_short);
     const bool fits = coded.model.parts.size() + kMostStages <= Limits{}.max_parts;
-    if (!options.close || chosen || !plain || kept || is_short || !fits || options.lossless > 0) return std::nullopt;
+    if (!options.close || chosen || !plain || stays || !fits || options.lossless > 0) return std::nullopt;
     return close(
         source.input, {coded.model.header, coded.plan, whole},
         {options.profile == Profile::Fast, options.choose_transform && options.tile_count == 0, options.threads});
