@@ -54,8 +54,11 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
     PlanDecoder decoder(file);
     const double ratio = vertices_of(decoder.header()) < kManyVertices ? 1.2 : 1.8;  // of bytes; squared, of estimates
     double error = 0, bytes = 0, bytes_then = 0;
-    std::size_t bases = 0;
-    const auto closes = [&](std::size_t k) { return decoder.header().parts[plan[k].id.part].supersedes; };
+    const auto part = [&](std::size_t k) -> const PartInfo& { return decoder.header().parts[plan[k].id.part]; };
+    const auto closes = [&](std::size_t k) { return part(k).supersedes; };
+    std::size_t previews = 0;  // chunks
+    while (previews < plan.size() && part(previews).preview) ++previews;
+    std::size_t bases = previews;  // where the last of those ends without which nothing but a preview is shown
     while (bases < plan.size() && plan[bases].id.channel == Channel::Base && !closes(bases)) ++bases;
     for (std::size_t i = 0; i < plan.size(); ++i) {
         decoder.feed(plan[i]);
@@ -67,11 +70,11 @@ std::vector<Point> measure(const EncoderInput& input, const std::vector<PlannedC
         const bool seam = (!end && is_seam(i, i + 1)) || (i > 0 && is_seam(i, i - 1));
         // Estimates of a closing part's planes are rougher than those of details: they know of vertices only.
         const bool splits = plan[i].id.channel == Channel::Splits;
-        const bool plain = closes(i) || decoder.header().parts[plan[i].id.part].progressive;
+        const bool plain = closes(i) || part(i).progressive;
         const bool rough = splits || (plain && i % 2 == 0);
-        const bool changed = seam || rough || plan.size() < kFewChunks || i + 1 == bases ||
+        const bool changed = seam || rough || plan.size() < kFewChunks || i + 1 == bases || i + 1 == previews ||
                              plan[i].error < error / (ratio * ratio) || bytes > ratio * bytes_then;
-        if (i + 1 < bases || (!end && !changed)) continue;
+        if ((i >= previews && i + 1 < bases) || (!end && !changed)) continue;
         // The same mixture of samples and vertices, so that the figures agree.
         const SurfaceErrorOptions sampling{end ? kSamplesAtTheEnd : kSamplesOnTheWay, options.threads,
                                            end ? 1 : kSamplesAtTheEnd / kSamplesOnTheWay};

@@ -278,6 +278,45 @@ TEST(Closing, WhatCannotBeRemeshedShowsSomethingEarlyAllTheSame) {
     EXPECT_GT(surface_error(input, *early, {.samples = 20'000}).psnr, 40);
 }
 
+/// Circles of latitude between two poles, as programs draw balls.
+Mesh ball_of_circles(std::uint32_t around, std::uint32_t circles) {
+    constexpr double kPi = 3.14159265358979;
+    Mesh mesh;
+    for (std::uint32_t c = 1; c <= circles; ++c)
+        for (std::uint32_t k = 0; k < around; ++k) {
+            const double a = c * kPi / (circles + 1), b = k * 2 * kPi / around;
+            mesh.positions.push_back({std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)});
+        }
+    const std::uint32_t north = around * circles, south = north + 1;
+    mesh.positions.insert(mesh.positions.end(), {{0, 0, 1}, {0, 0, -1}});
+    for (std::uint32_t k = 0; k < around; ++k) {
+        const std::uint32_t next = (k + 1) % around, last = around * (circles - 1);
+        mesh.faces.push_back({north, k, next});
+        mesh.faces.push_back({south, last + next, last + k});
+        for (std::uint32_t row = 0; row < last; row += around) {
+            mesh.faces.push_back({row + k, row + around + k, row + next});
+            mesh.faces.push_back({row + next, row + around + k, row + around + next});
+        }
+    }
+    return mesh;
+}
+
+// The base of what a preview stands for may come right behind it: the preview states its own error, not that one's, or
+// it would be shown for good.
+TEST(Preview, MakesPlaceForFacets) {
+    const Mesh input = ball_of_circles(36, 17);
+    const Encoded file = encode(input, {}).value();
+    const Toc toc = toc_of(file.file);
+    ASSERT_GT(file.facets_area_share, 0.99);
+    ASSERT_TRUE(toc.header.parts.back().preview);
+    EXPECT_GT(file.psnr, 90);
+    EXPECT_NEAR(surface_error(input, decode(file.file).value(), {.samples = 100'000}).psnr, file.psnr, 0.5);
+    Decoder decoder;
+    ASSERT_TRUE(decoder.feed(ByteSpan(file.file).first(toc.chunks[1].offset)).ok());
+    const double first = surface_error(input, decoder.mesh().value(), {.samples = 100'000}).rms;
+    EXPECT_NEAR(decoder.state().error, first, 0.05 * first);
+}
+
 TEST(Closing, AttributesAndChoicesOfOnesOwnKeepWavelets) {
     Mesh colored = rough_torus();
     colored.colors.assign(colored.positions.size(), {10, 20, 30, 255});
