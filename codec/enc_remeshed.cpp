@@ -322,8 +322,7 @@ std::optional<Closing> close_where_it_pays(const Source& source, const Coded& co
     const bool chosen = options.base_faces > 0 || options.levels >= 0 || options.target_error > 0;
     const bool plain = std::ranges::all_of(coded.model.parts, [](const CodedPart& p) { return p.attributes.empty(); });
     const auto has = [&](PartOrigin o) { return std::ranges::find(source.origins, o) != source.origins.end(); };
-    // Without wavelets that may be wrong: what is semi-regular already is kept, and what is this short is there at
-    // once.
+    // Where no wavelets may be wrong, what is semi-regular already is kept, and what is short is there at once.
     const bool is_short = double(coded.file.size()) <= least_beginning(source.input);
     const bool stays = !has(PartOrigin::Remeshed) && (has(PartOrigin::Recognized) || is_short);
     const bool fits = coded.model.parts.size() + kMostStages <= Limits{}.max_parts;

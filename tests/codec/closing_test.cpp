@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "client/drawable.h"
 #include "codec/container/crc32c.h"
@@ -280,11 +281,10 @@ TEST(Closing, WhatCannotBeRemeshedShowsSomethingEarlyAllTheSame) {
 
 /// Circles of latitude between two poles, as programs draw balls.
 Mesh ball_of_circles(std::uint32_t around, std::uint32_t circles) {
-    constexpr double kPi = 3.14159265358979;
     Mesh mesh;
     for (std::uint32_t c = 1; c <= circles; ++c)
         for (std::uint32_t k = 0; k < around; ++k) {
-            const double a = c * kPi / (circles + 1), b = k * 2 * kPi / around;
+            const double a = c * std::numbers::pi / (circles + 1), b = k * 2 * std::numbers::pi / around;
             mesh.positions.push_back({std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)});
         }
     const std::uint32_t north = around * circles, south = north + 1;

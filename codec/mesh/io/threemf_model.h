@@ -22,9 +22,9 @@ struct ThreemfPlace {
 
 /// A mesh, or components.
 ///
+/// faces     indices below 2^32 - 1, unchecked
+/// colors    F: of each face's corners, indices into ThreemfModel::colors; kNoColor where it has none
 /// is_other  neither part of what is built nor a support of it: slicers keep modifiers and negative volumes so
-/// faces   indices below 2^32 - 1, unchecked
-/// colors  F: of each face's corners, indices into ThreemfModel::colors; kNoColor where it has none
 struct ThreemfObject {
     std::vector<Vec3> positions;
     std::vector<Face> faces, colors;
