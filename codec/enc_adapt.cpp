@@ -8,6 +8,7 @@
 #include "codec/enc_lattice.h"
 #include "codec/mesh/normals.h"
 #include "codec/remesh/coarse_grid.h"
+#include "codec/remesh/cover.h"
 #include "codec/remesh/drift.h"
 #include "codec/remesh/fit.h"
 #include "codec/remesh/resample.h"
@@ -24,7 +25,7 @@ constexpr unsigned kFineLevels = 4, kSnapRoundsOfFine = 10;
 constexpr float kKept = 0.5f;         // of each tangential detail, a round
 constexpr double kMostOfEdge = 0.25;  // of the shortest edge at a vertex that leads others: its step
 constexpr double kSamplesOfLeader = 12;
-constexpr double kMostLoss = 1.2;  // of the distance from the input, before to after sliding
+constexpr double kMostLoss = 1.5;  // of the distance from the input, before to after sliding
 constexpr std::uint32_t kSamples = 5'000, kVertexStride = 4;
 constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
 
@@ -123,10 +124,19 @@ void Adaptation::slide(unsigned threads) {
             if (fixed_[v] == 0) positions[v] = drift.position(v);
         for (LineCurve& curve : curves) curve.slide(surface_.reference(), wanted, drift, positions);
     }
-    settle(surface_.mesh(), triangles_, fixed_, drift.normals(), {kFitRounds, true, threads}, positions);
+    std::vector<FacePoint> points = drift.points();
+    std::vector<Vec3> normals = drift.normals();
+    if (cover_missed(surface_.mesh(), walk_, triangles_, fixed_, threads, points)) {
+        for (std::uint32_t v = 0; v < positions.size(); ++v) {
+            if (fixed_[v] != 0) continue;
+            positions[v] = walk_.position(points[v]);
+            normals[v] = walk_.normal(points[v]);
+        }
+    }
+    settle(surface_.mesh(), triangles_, fixed_, normals, {kFitRounds, true, threads}, positions);
     if (distance_of(positions, threads) > kMostLoss * distance_of(mesh_.positions, threads)) return;
     mesh_.positions = std::move(positions);
-    take_vertex_data(surface_.mesh(), drift.points(), mesh_);
+    take_vertex_data(surface_.mesh(), points, mesh_);
     points_ = closest_points(surface_.reference(), mesh_.positions, threads);
 }
 

@@ -34,7 +34,8 @@ constexpr double kCellsOfEdge = 8;          // of the grid that bases are snappe
 constexpr std::uint32_t kSamplesForChoice = 16'000, kVertexStride = 16;
 constexpr unsigned kBudgets = 5;                    // sizes at which files are compared, ...
 constexpr double kLeastBudget = 1024;               // ... none below, ...
-constexpr double kLeastBits = 0.2, kMostBits = 3;   // ... from and to, for each of the input's vertices
+constexpr double kLeastBits = 0.2, kMostBits = 3;   // ... from and to, for each of the input's vertices, ...
+constexpr double kLeastRange = 8;                   // ... at least so far apart: small models are wanted whole
 constexpr unsigned kBudgetsOfScore = 4;             // of them: at the last one drafts of fewer levels are at their end
 constexpr std::size_t kMostSideBySide = 1'200'000;  // vertices of drafts that are made at the same time
 constexpr double kMostLost = 0.7;                   // dB of the whole file that better beginnings may cost, ...
@@ -238,7 +239,7 @@ class Beginnings {
     /// Mean over the first `budgets` of kBudgets sizes, none below `floor` bytes.
     double mean(unsigned budgets, double floor = kLeastBudget) {
         const double least = std::max(floor, least_beginning(input_));
-        const double most = std::max(2 * least, kMostBits / 8 * double(input_.mesh().positions.size()));
+        const double most = std::max(kLeastRange * least, kMostBits / 8 * double(input_.mesh().positions.size()));
         double sum = 0;
         for (unsigned k = 0; k < budgets; ++k)
             sum += psnr_of_first(least * std::pow(most / least, double(k) / (kBudgets - 1)));

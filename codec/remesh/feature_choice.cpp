@@ -14,6 +14,8 @@ constexpr double kFlatDegrees = 0.1;   // between faces of one plane, at most
 constexpr double kLeastFlat = 0.5;     // of a machined part's edges, by length
 constexpr double kMostGrowth = 1.5;    // of the base
 
+}  // namespace
+
 bool is_machined(const Mesh& mesh) {
     const EdgeGroups groups = group_edges(mesh.faces, static_cast<std::uint32_t>(mesh.positions.size()));
     const auto normal = [&](std::uint32_t h) {
@@ -33,8 +35,6 @@ bool is_machined(const Mesh& mesh) {
     }
     return flat >= kLeastFlat * all;
 }
-
-}  // namespace
 
 ChosenFeatures features_from(const Mesh& mesh, double angle_deg) {
     FeatureOptions options;

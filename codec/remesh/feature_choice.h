@@ -16,9 +16,11 @@ struct ChosenFeatures {
 
 ChosenFeatures features_from(const Mesh& mesh, double angle_deg);
 
-/// The usual features; where both sides are flat along half of all edges' length, as on machined parts, those of the
-/// least of some angles that does not make the base half as large again. mesh: clean. base_faces: how many a decimation
-/// ends with that has to follow these half-edges.
+/// Whether both sides are flat along half of all edges' length, as on machined parts. mesh: clean.
+bool is_machined(const Mesh& mesh);
+
+/// The usual features; on machined parts those of the least of some angles that does not make the base half as large
+/// again. mesh: clean. base_faces: how many a decimation ends with that has to follow these half-edges.
 ChosenFeatures choose_features(const Mesh& mesh,
                                const std::function<std::size_t(const std::vector<std::uint8_t>& sharp)>& base_faces);
 

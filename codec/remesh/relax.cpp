@@ -55,8 +55,8 @@ class Relaxation {
     }
 
     /// Sets the doubled areas that the triangles aim at: what they have around each vertex, smoothed. So the density of
-    /// the vertices stays, but for what changes from one triangle to the next.
-    void aim() {
+    /// the vertices stays, but for what changes from one triangle to the next, and for `factors` (V, or empty).
+    void aim(std::span<const double> factors) {
         const auto V = static_cast<std::uint32_t>(places_.size());
         std::vector<double> size(V);
         for (std::uint32_t v = 0; v < V; ++v) {
@@ -64,6 +64,7 @@ class Relaxation {
             for (const RingTriangle& t : rings_.at(v))
                 size[v] += length(cross(places_[t.first].position - p, places_[t.second].position - p));
             size[v] /= static_cast<double>(rings_.at(v).size());
+            if (!factors.empty()) size[v] *= factors[v];
         }
         smooth(rings_, size);
         for (std::size_t t = 0; t < triangles_.size(); ++t) {
@@ -165,7 +166,7 @@ void relax(const SurfaceWalk& surface, const std::vector<Face>& triangles, const
     Relaxation relaxation(surface, triangles, fixed, points);
     const auto groups = relaxation.rings().independent_groups(fixed);
     for (std::uint32_t sweep = 1; sweep <= options.sweeps; ++sweep) {
-        if (sweep % kSweepsOfAim == 1) relaxation.aim();
+        if (sweep % kSweepsOfAim == 1) relaxation.aim(sweep == 1 ? options.area_factors : std::span<const double>{});
         for (const auto& group : groups)
             parallel_slices(group.size(), options.threads, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t k = begin; k < end; ++k) relaxation.improve(group[k], sweep);

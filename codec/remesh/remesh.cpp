@@ -13,6 +13,7 @@
 #include "codec/mesh/clean.h"
 #include "codec/mesh/half_edges.h"
 #include "codec/mesh/vertex_data.h"
+#include "codec/remesh/cover.h"
 #include "codec/remesh/facets.h"
 #include "codec/remesh/feature_choice.h"
 #include "codec/remesh/features.h"
@@ -46,7 +47,8 @@ constexpr double kFineError = 2.5e-5;             // of the diagonal: a finer le
 // ... and it costs little (kFewVertices); smooth shapes then need fewer details, ...
 constexpr double kMaxFineOversampling = 24;  // ... but a few faces are told with fewer vertices than that
 constexpr double kMaxError = 4e-4;           // of the diagonal: a remesh that misses it by more is given up
-constexpr double kMaxSmallDeviation = 1e-2;  // the same at the worst place of a part that Draco codes in a few kilobytes
+constexpr double kMaxSmallDeviation =
+    1e-2;  // the same at the worst place of a part that Draco codes in a few kilobytes
 constexpr std::size_t kSmallPartFaces = 10'000;
 constexpr std::uint32_t kSamples = 40'000;  // of each surface and all its vertices, to measure errors; ...
 constexpr std::uint32_t kThinning = 4;      // ... of large parts, where the largest is not asked for, one of so many
@@ -201,7 +203,8 @@ class Sampler {
           parameterization_(*decimation.parameterization),
           surface_(mesh, decimation.sharp),
           threads_(threads),
-          options_(options) {}
+          options_(options),
+          machined_(is_machined(mesh)) {}
 
     /// The wanted faces, all of components that start with `level`, as a part: finer where they miss the target error;
     /// none where they miss it by far.
@@ -275,9 +278,14 @@ class Sampler {
         report(options_, "relax", 0);
         const std::vector<Face> triangles = triangles_at_level(part.base, part.levels);
         const std::vector<std::uint8_t> fixed = line_vertices(part);
-        RelaxOptions relaxing;
-        relaxing.threads = threads_;
-        relax(surface_, triangles, fixed, relaxing, points);
+        // On machined parts it is edges that cut corners, which more points do not mend.
+        if (!machined_) {
+            relax_to_cover(mesh_, surface_, triangles, fixed, threads_, points);
+        } else {
+            RelaxOptions relaxing;
+            relaxing.threads = threads_;
+            relax(surface_, triangles, fixed, relaxing, points);
+        }
         part.positions = positions_of(mesh_, points);
         take_vertex_data(mesh_, points, part);
 
@@ -299,6 +307,7 @@ class Sampler {
     const SurfaceWalk surface_;
     const unsigned threads_;
     const RemeshOptions& options_;
+    const bool machined_;
 };
 
 /// remesh() of a mesh none of whose components is semi-regular already.
