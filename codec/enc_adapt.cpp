@@ -25,7 +25,7 @@ constexpr unsigned kFineLevels = 4, kSnapRoundsOfFine = 10;
 constexpr float kKept = 0.5f;         // of each tangential detail, a round
 constexpr double kMostOfEdge = 0.25;  // of the shortest edge at a vertex that leads others: its step
 constexpr double kSamplesOfLeader = 12;
-constexpr double kMostLoss = 1.5;  // of the distance from the input, before to after sliding
+constexpr double kMostLoss = 1.5;  // of the distance from the input, before to after sliding: points lay on ridges
 constexpr std::uint32_t kSamples = 5'000, kVertexStride = 4;
 constexpr double kMostCells = 2;  // from a grid point along its normal; farther away another one is better
 

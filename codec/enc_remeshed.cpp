@@ -218,7 +218,7 @@ Result<Bytes> plan_file(CodedModel& model, std::vector<PlannedChunk>& plan) {
 
 /// How good a file is, by what it decodes to.
 struct Quality {
-    double mean = 0;   // PSNR of the whole chunks in beginnings that matter: 0.2 to 3 bits for each input vertex
+    double mean = 0;   // PSNR of the whole chunks in beginnings that matter, of kBudgets sizes
     double whole = 0;  // PSNR of all of it
 };
 
@@ -239,7 +239,8 @@ class Beginnings {
     /// Mean over the first `budgets` of kBudgets sizes, none below `floor` bytes.
     double mean(unsigned budgets, double floor = kLeastBudget) {
         const double least = std::max(floor, least_beginning(input_));
-        const double most = std::max(kLeastRange * least, kMostBits / 8 * double(input_.mesh().positions.size()));
+        const double most = std::max(
+            {2 * least, kLeastRange * least_beginning(input_), kMostBits / 8 * double(input_.mesh().positions.size())});
         double sum = 0;
         for (unsigned k = 0; k < budgets; ++k)
             sum += psnr_of_first(least * std::pow(most / least, double(k) / (kBudgets - 1)));

@@ -23,7 +23,7 @@ constexpr unsigned kFirstDrawing = 2;  // round: before, areas alone may bring p
 constexpr unsigned kRoundsOfMissed = 2;
 constexpr int kRoom = 6;                // edges around a drawn point that relax with it
 constexpr int kReach = 3;               // edges around a point, within which the most missed counts for it
-constexpr double kPower = -0.5;         // of what is missed over its mean, for the area aimed at, ...
+constexpr double kPower = -0.5;         // of what is missed over its RMS, for the area aimed at, ...
 constexpr double kLeastArea = 1.0 / 8;  // ... which becomes no smaller ...
 constexpr double kMostArea = 2;         // ... or larger than that, times what it was
 constexpr double kExact = 1e-7;         // of the diagonal
@@ -46,21 +46,29 @@ void spread(const std::vector<Face>& triangles, int edges, std::vector<Value>& v
 /// What points there are for, and how much of it their triangles miss.
 class Coverage {
  public:
-    Coverage(const Mesh& mesh, const std::vector<Face>& triangles, std::size_t points, unsigned threads)
+    Coverage(const Mesh& mesh, const SurfaceWalk& surface, const std::vector<Face>& triangles, std::size_t points,
+             unsigned threads)
         : mesh_(mesh),
+          surface_(surface),
           triangles_(triangles),
           threads_(threads),
           diagonal_(bounding_box(mesh).diagonal()),
           around_vertex_(mesh.faces, mesh.positions.size()),
           around_point_(triangles, points) {
         face_of_.assign(mesh.positions.size(), kNone);
+        on_line_.assign(mesh.positions.size(), 0);
         for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
-            for (const std::uint32_t v : mesh.faces[f]) face_of_[v] = f;
+            for (std::uint32_t k = 0; k < 3; ++k) {
+                const std::uint32_t v = mesh.faces[f][k], next = mesh.faces[f][(k + 1) % 3];
+                face_of_[v] = f;
+                if (surface.stops_at(3 * f + k)) on_line_[v] = on_line_[next] = 1;
+            }
     }
 
-    void look(const SurfaceWalk& surface, const std::vector<FacePoint>& points) {
+    /// Measures what points (V) miss.
+    void look(const std::vector<FacePoint>& points) {
         positions_.clear();
-        for (const FacePoint& p : points) positions_.push_back(surface.position(p));
+        for (const FacePoint& p : points) positions_.push_back(surface_.position(p));
         find_nearest(points);
         measure();
     }
@@ -68,7 +76,7 @@ class Coverage {
     /// Whether what is missed is hardly more than what rounding loses.
     [[nodiscard]] bool is_exact() const { return rms_ <= kExact * diagonal_; }
 
-    /// Factors of the areas that the triangles around each point have.
+    /// Factors (V) for the areas of the triangles around each point.
     [[nodiscard]] std::vector<double> area_factors() const {
         std::vector<double> most(positions_.size(), 0);
         for (std::uint32_t v = 0; v < nearest_.size(); ++v)
@@ -78,25 +86,30 @@ class Coverage {
         return most;
     }
 
-    /// Moves points to the places missed most, and flags them in `held` (V); points flagged before do not move. Which.
-    std::vector<std::uint32_t> draw(std::vector<FacePoint>& points, std::vector<std::uint8_t>& held) const {
-        const std::vector<double> edges = mean_edges();
-        std::vector<std::uint32_t> drawn;
-        for (std::uint32_t v = 0; v < missed_.size(); ++v) {
+    /// Moves points (V) to the places missed most, the most missed first, and flags them in `held` (V); those flagged
+    /// before do not move. Returns whether any did.
+    bool draw(std::vector<FacePoint>& points, std::vector<std::uint8_t>& held) const {
+        std::vector<std::uint32_t> places;
+        for (std::uint32_t v = 0; v < missed_.size(); ++v)
+            if (missed_[v] > kMissed * rms_ && is_highest(v)) places.push_back(v);
+        std::ranges::stable_sort(places, std::greater<>{}, [&](std::uint32_t v) { return missed_[v]; });
+        bool any = false;
+        for (const std::uint32_t v : places) {
             const std::uint32_t p = nearest_[v];
-            if (p == kNone || missed_[v] <= kMissed * rms_ || missed_[v] < kMissedOfEdges * edges[p]) continue;
-            if (held[p] != 0 || !is_highest(v)) continue;
+            if (held[p] != 0 || missed_[v] < kMissedOfEdges * mean_edge(p)) continue;
             const Face& f = mesh_.faces[face_of_[v]];
             points[p] = {face_of_[v], {}};
             points[p].weight[static_cast<std::size_t>(std::find(f.begin(), f.end(), v) - f.begin())] = 1;
             held[p] = 1;
-            drawn.push_back(p);
+            any = true;
         }
-        return drawn;
+        return any;
     }
 
  private:
-    /// The point that is nearest to each vertex of the mesh along its edges (Dijkstra 1959, from all points at once).
+    /// The point that is nearest to each vertex of the mesh along its edges (Dijkstra 1959, from all points at once),
+    /// but not across lines. Those on lines have none: what the triangles miss there is the lines' bends, which points
+    /// beside them do not mend.
     void find_nearest(const std::vector<FacePoint>& points) {
         using Reached = std::pair<double, std::uint32_t>;  // distance, vertex of the mesh
         std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
@@ -114,11 +127,13 @@ class Coverage {
         while (!next.empty()) {
             const auto [d, v] = next.top();
             next.pop();
-            if (d > distance[v]) continue;
+            if (d > distance[v] || on_line_[v] != 0) continue;
             for (const RingTriangle& t : around_vertex_.at(v))
                 for (const std::uint32_t w : {t.first, t.second})
                     reach(w, d + length(mesh_.positions[w] - mesh_.positions[v]), nearest_[v]);
         }
+        for (std::size_t v = 0; v < nearest_.size(); ++v)
+            if (on_line_[v] != 0) nearest_[v] = kNone;
     }
 
     void measure() {
@@ -152,17 +167,12 @@ class Coverage {
         return std::sqrt(least);
     }
 
-    /// Of the triangles at each point.
-    [[nodiscard]] std::vector<double> mean_edges() const {
-        std::vector<double> sum(positions_.size(), 0);
-        std::vector<std::uint32_t> count(positions_.size(), 0);
-        for (const Face& t : triangles_)
-            for (std::size_t k = 0; k < 3; ++k) {
-                sum[t[k]] += length(positions_[t[(k + 1) % 3]] - positions_[t[k]]);
-                ++count[t[k]];
-            }
-        for (std::size_t p = 0; p < sum.size(); ++p) sum[p] /= std::max(1u, count[p]);
-        return sum;
+    /// Mean length of the edges between a point and its neighbours.
+    [[nodiscard]] double mean_edge(std::uint32_t point) const {
+        double sum = 0;
+        for (const RingTriangle& t : around_point_.at(point))
+            sum += length(positions_[t.first] - positions_[point]) + length(positions_[t.second] - positions_[point]);
+        return sum / (2 * std::max(1.0, double(around_point_.at(point).size())));
     }
 
     /// Whether no neighbour of v is missed by more.
@@ -173,14 +183,16 @@ class Coverage {
     }
 
     const Mesh& mesh_;
+    const SurfaceWalk& surface_;
     const std::vector<Face>& triangles_;
     const unsigned threads_;
     const double diagonal_;               // of the mesh
     const Rings around_vertex_;           // of the mesh
     const Rings around_point_;            // of the triangles
     std::vector<std::uint32_t> face_of_;  // of each vertex of the mesh, one; kNone: none
+    std::vector<std::uint8_t> on_line_;   // flags of the mesh's vertices where walks stop
     std::vector<Vec3> positions_;         // of the points
-    std::vector<std::uint32_t> nearest_;  // point for each vertex of the mesh; kNone: none in its component
+    std::vector<std::uint32_t> nearest_;  // point for each vertex of the mesh; kNone: none, or it is on a line
     std::vector<double> missed_;          // distance of each vertex of the mesh that has a point; else 0
     double rms_ = 0;                      // of these
 };
@@ -189,12 +201,12 @@ class Coverage {
 
 void relax_to_cover(const Mesh& mesh, const SurfaceWalk& surface, const std::vector<Face>& triangles,
                     const std::vector<std::uint8_t>& fixed, unsigned threads, std::vector<FacePoint>& points) {
-    Coverage coverage(mesh, triangles, points.size(), threads);
+    Coverage coverage(mesh, surface, triangles, points.size(), threads);
     std::vector<std::uint8_t> held = fixed;
     std::vector<double> factors;
     for (unsigned round = 0; round < kRounds; ++round) {
         if (round > 0) {
-            coverage.look(surface, points);
+            coverage.look(points);
             factors.clear();
             if (!coverage.is_exact()) factors = coverage.area_factors();
             if (round >= kFirstDrawing) coverage.draw(points, held);
@@ -205,20 +217,17 @@ void relax_to_cover(const Mesh& mesh, const SurfaceWalk& surface, const std::vec
 
 bool cover_missed(const Mesh& mesh, const SurfaceWalk& surface, const std::vector<Face>& triangles,
                   const std::vector<std::uint8_t>& fixed, unsigned threads, std::vector<FacePoint>& points) {
-    Coverage coverage(mesh, triangles, points.size(), threads);
-    std::vector<std::uint8_t> held = fixed, near_drawn(points.size(), 0);
+    Coverage coverage(mesh, surface, triangles, points.size(), threads);
+    std::vector<std::uint8_t> held = fixed;
     for (unsigned round = 0; round < kRoundsOfMissed; ++round) {
-        coverage.look(surface, points);
-        const std::vector<std::uint32_t> drawn = coverage.draw(points, held);
-        if (drawn.empty()) return round > 0;
-        std::vector<std::uint8_t> around(points.size(), 0);
-        for (const std::uint32_t p : drawn) around[p] = 1;
-        spread(triangles, kRoom, around);
+        coverage.look(points);
+        if (!coverage.draw(points, held)) return round > 0;
+        std::vector<std::uint8_t> room(points.size(), 0);
+        for (std::size_t p = 0; p < room.size(); ++p) room[p] = held[p] != 0 && fixed[p] == 0 ? 1 : 0;
+        spread(triangles, kRoom, room);
         std::vector<std::uint8_t> still = held;
-        for (std::size_t p = 0; p < still.size(); ++p) {
-            near_drawn[p] |= around[p];
-            if (near_drawn[p] == 0) still[p] = 1;
-        }
+        for (std::size_t p = 0; p < still.size(); ++p)
+            if (room[p] == 0) still[p] = 1;
         relax(surface, triangles, still, {kSweeps, threads, {}}, points);
     }
     return true;

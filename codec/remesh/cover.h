@@ -11,16 +11,16 @@
 
 namespace mvw {
 
-/// relax() in a few rounds. Between two of them each vertex of `mesh` that a point of its component is there for counts
-/// as missed, by its distance from the triangles there, for the point that is nearest along the mesh's edges. Areas
-/// aimed at follow from that: less where more is missed, and the other way around. From the second time on the places
-/// that are missed most, and by a good part of the triangles' size, take their nearest point, which then stays.
+/// relax() in a few rounds. Between two of them each vertex of `mesh`, but for those on boundaries and features, is
+/// given to the point that is nearest along edges; how far it is from the triangles there is what that point misses.
+/// Areas aimed at follow from that: less where more is missed, and the other way around. From the second time on the
+/// places that are missed most, and by a good part of the triangles' size, take their nearest point, which then stays.
 ///
-/// mesh      what `surface` was made of
+/// mesh      what `surface` was made of; components may be without points
 /// points    (V) on it, the vertices of `triangles`; out: where they are now
 /// fixed     (V) flags of points that stay
 ///
-/// Deterministic whatever the thread count. O(V log V) a round.
+/// Deterministic whatever the thread count. O(V + M log M) a round, M the vertices of `mesh`.
 void relax_to_cover(const Mesh& mesh, const SurfaceWalk& surface, const std::vector<Face>& triangles,
                     const std::vector<std::uint8_t>& fixed, unsigned threads, std::vector<FacePoint>& points);
 

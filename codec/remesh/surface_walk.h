@@ -20,6 +20,9 @@ class SurfaceWalk {
     /// edges, and at faces without area.
     [[nodiscard]] FacePoint walk(const FacePoint& start, const Vec3& step) const;
 
+    /// Whether paths stop at a half-edge (3 * face + side).
+    [[nodiscard]] bool stops_at(std::uint32_t half_edge) const { return mates_[half_edge] == kNone; }
+
     [[nodiscard]] Vec3 position(const FacePoint& p) const;
     /// Unit normal, interpolated between the corners' averages; zero where those cancel.
     [[nodiscard]] Vec3 normal(const FacePoint& p) const;

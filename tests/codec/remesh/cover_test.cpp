@@ -70,12 +70,12 @@ TEST(Cover, MovesNothingButWhatIsAroundAMissedPlace) {
     for (std::size_t v = 0; v < before.size(); ++v) {
         if (before[v] == after[v]) continue;
         ++moved;
-        EXPECT_LT(length(before[v] - spike.mesh.positions[spike.tip]), 2);
+        EXPECT_LT(length(before[v] - spike.mesh.positions[spike.tip]), 1.3);
     }
-    EXPECT_LT(moved, before.size() / 2);
+    EXPECT_LT(moved, before.size() / 4);
 }
 
-TEST(Cover, LeavesWhatMissesNothingByFar) {
+TEST(Cover, LeavesWhatIsMissedEvenly) {
     Spike sphere;
     sphere.mesh = icosphere(kFine);
     const std::vector<Vec3> before = sphere.positions();
@@ -90,6 +90,34 @@ TEST(Cover, LeavesWhatIsFixed) {
     relax_to_cover(spike.mesh, spike.surface(), spike.triangles, spike.fixed, 2, spike.points);
     EXPECT_FALSE(cover_missed(spike.mesh, spike.surface(), spike.triangles, spike.fixed, 2, spike.points));
     EXPECT_EQ(spike.positions(), before);
+}
+
+TEST(Cover, PointsBesideABoundaryDoNotMendIt) {
+    Spike disc;  // the half of a sphere above a jagged rim, missed by far
+    disc.mesh = icosphere(kFine);
+    const std::vector<Vec3> whole = disc.positions();
+    const auto is_low = [](const std::vector<Vec3>& p, const Face& f) {
+        return std::ranges::any_of(f, [&](std::uint32_t v) { return p[v].z < -0.03; });
+    };
+    std::erase_if(disc.triangles, [&](const Face& f) { return is_low(whole, f); });
+    std::erase_if(disc.mesh.faces, [&](const Face& f) { return is_low(disc.mesh.positions, f); });
+    std::erase_if(disc.points, [](const FacePoint&) { return true; });
+    std::vector<std::uint32_t> number(whole.size(), kNone);
+    for (std::uint32_t f = 0; f < disc.mesh.faces.size(); ++f)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t v = disc.mesh.faces[f][k];
+            if (v >= whole.size() || number[v] != kNone) continue;
+            number[v] = static_cast<std::uint32_t>(disc.points.size());
+            disc.points.push_back({f, {}});
+            disc.points.back().weight[k] = 1;
+        }
+    for (Face& f : disc.triangles)
+        for (std::uint32_t& v : f) v = number[v];
+    disc.fixed.assign(disc.points.size(), 0);
+    const std::vector<Vec3> before = disc.positions();
+    for (std::size_t p = 0; p < before.size(); ++p) disc.fixed[p] = before[p].z < 0.1 ? 1 : 0;
+    EXPECT_FALSE(cover_missed(disc.mesh, disc.surface(), disc.triangles, disc.fixed, 1, disc.points));
+    EXPECT_EQ(disc.positions(), before);
 }
 
 TEST(Cover, GivesTheSameForAnyNumberOfThreads) {
