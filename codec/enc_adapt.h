@@ -21,7 +21,8 @@ class Adaptation {
 
     /// Rounds of: analysis, tangential details halved, synthesis, and a walk over the surface to where that leads
     /// (remesh/drift.h: as far as the triangles stand it), and to where coarse levels want their vertices
-    /// (towards_fit()), level by level in turn. Then the fit (remesh/settle.h), because vertices on the
+    /// (towards_fit()), level by level in turn. Then points go back to tips and pockets that lost them
+    /// (remesh/cover.h), and the fit (remesh/settle.h), because vertices on the
     /// surface are not those that come nearest to it, and the colours of where they have come to rest. Vertices on
     /// boundaries, creases and borders between materials slide along these, but for those that hold a bend. Leaves all
     /// as it was where the result is farther from the surface than kMostLoss allows. O(V log F) a round.
