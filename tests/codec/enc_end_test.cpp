@@ -60,9 +60,9 @@ TEST_F(EndTest, StaysWhereAllOfItIsOfUse) {
     for (std::size_t i = 0; i < plan.size(); ++i) EXPECT_EQ(left[i].payload, plan[i].payload);
 }
 
-TEST_F(EndTest, LosesChunksThatLeadAway) {
+TEST_F(EndTest, LosesAChunkThatLeadsAway) {
     const std::vector<PlannedChunk> plan = plan_of(file());
-    const auto kept = std::span(plan).first(plan.size() - 2);
+    const auto kept = std::span(plan).first(plan.size() - 1);  // of two the last may lead back
     const std::vector<PlannedChunk> left = cut(shown(file(), kept), true);
     ASSERT_EQ(left.size(), kept.size());
     for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_EQ(left[i].id, kept[i].id);
