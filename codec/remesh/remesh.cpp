@@ -278,13 +278,10 @@ class Sampler {
         report(options_, "relax", 0);
         const std::vector<Face> triangles = triangles_at_level(part.base, part.levels);
         const std::vector<std::uint8_t> fixed = line_vertices(part);
-        // On machined parts it is edges that cut corners, which more points do not mend.
-        if (!machined_) {
-            relax_to_cover(mesh_, surface_, triangles, fixed, threads_, points);
+        if (machined_) {  // where it is edges that cut corners, which more points do not mend
+            relax(surface_, triangles, fixed, {.threads = threads_}, points);
         } else {
-            RelaxOptions relaxing;
-            relaxing.threads = threads_;
-            relax(surface_, triangles, fixed, relaxing, points);
+            relax_to_cover(mesh_, surface_, triangles, fixed, threads_, points);
         }
         part.positions = positions_of(mesh_, points);
         take_vertex_data(mesh_, points, part);
